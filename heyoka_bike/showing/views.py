@@ -1,7 +1,7 @@
-"""Views of objects in Python and notebooks: blocks, and their text.
+"""Views of objects in Python and notebooks, as document blocks and as text.
 
-A class names its function here as ``_view``, see `display.Displayed`. Notebooks get HTML without a
-script, which is no page of its own.
+A class selects its function in this module by the attribute ``_view``, see `display.Displayed`.
+Notebooks show a piece of HTML without a script, not a whole page.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 
 _MOST_ROWS_SHOWN = 10
 _MOST_COLUMNS, _COLUMNS_AMONG_OTHERS = 9, 8
-_DIGITS_SHOWN = 10  # significant digits of a value among others
+_DIGITS_SHOWN = 10  # significant digits of a value in a table of several times
 _UNIT_OF_COLUMN = {c.name: c.unit for columns in COMPARED.values() for c in columns}
 _OF_MANEUVERS = (
     "maneuver", "name", "speed [m/s]", "roll rate [rad/s]", "ends at [s]", "rows", "columns",
 )  # fmt: skip
-_TIMES_SHOWN = 6  # of a trajectory
+_TIMES_SHOWN = 6  # number of states shown for a trajectory
 
 
 def text(shown: Any, view: str) -> str:
-    """The text of an object that has a view of this name, without a line feed at its end."""
+    """Return the text of an object by the named view, without a line feed at its end."""
     if view == "report":
         return _report_text(shown)
     if view == "values":
@@ -49,14 +49,14 @@ def text(shown: Any, view: str) -> str:
 
 
 def report(scored: Report | Series) -> Iterable[Block]:
-    """All that is said of results; what follows verdict and digits is folded."""
+    """Return the report of a score; everything after the verdict and the digits is folded."""
     from heyoka_bike.showing.formats.report_document import document
 
     return document(scored).blocks
 
 
 def _report_text(scored: Report | Series) -> str:
-    """Ten lines at most; of a diagnosis what the command of that name prints."""
+    """A summary of at most ten lines, or the output of ``diagnose`` if there is a diagnosis."""
     from heyoka_bike.scoring.report import Report
     from heyoka_bike.showing.formats import summary
 
@@ -66,7 +66,7 @@ def _report_text(scored: Report | Series) -> str:
 
 
 def maneuver(m: ManeuverScore) -> Iterable[Block]:
-    """Its scores, and its errors over time."""
+    """Return the scores of a maneuver and the chart of its errors over time."""
     from heyoka_bike.showing.charts.results import all_errors
     from heyoka_bike.showing.formats.report_document import scores, title
 
@@ -74,14 +74,14 @@ def maneuver(m: ManeuverScore) -> Iterable[Block]:
 
 
 def check(found: CheckedTable) -> Iterable[Block]:
-    """As ``heyoka-bike check`` prints it."""
+    """Return the result of a check, as ``heyoka-bike check`` prints it."""
     from heyoka_bike.showing.formats.check import blocks
 
     return blocks(found)
 
 
 def reference(found: Reference | Motion) -> Iterable[Block]:
-    """The name of a reference set or of its whole motion, and a row for each maneuver."""
+    """Return the name of a reference dataset or its whole motion, and a row for each maneuver."""
     rows = [
         (
             str(n), m.name, _decimal(m.inputs["speed"]), _decimal(m.inputs["roll_rate"]),
@@ -101,7 +101,7 @@ def _decimal(exact: str) -> str:
 
 
 def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
-    """Initial conditions, first and last rows; the columns unfold."""
+    """Return the initial conditions, the first and last rows, and the folded list of columns."""
     facts = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in m.inputs.items())
     rows = Values(
         {name: m.rows[name] for name in m.columns[:_COLUMNS_AMONG_OTHERS]}, {}, time=m.time
@@ -116,7 +116,7 @@ def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
 
 
 def trajectory(run: Trajectory) -> Iterable[Block]:
-    """Return its integrator and its states at even times, up to the end of the run."""
+    """Return the integrator and states at evenly spaced times up to the end of the run."""
     end = min(run.maneuver.duration, run.breaks[-1])
     times = [end * Fraction(i, _TIMES_SHOWN - 1) for i in range(_TIMES_SHOWN)]
     rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]
@@ -124,13 +124,16 @@ def trajectory(run: Trajectory) -> Iterable[Block]:
 
 
 def values(found: Values) -> Iterable[Block]:
-    """Columns at some times as a table; at one time a column is a row, with all its digits."""
+    """Return columns at some times as a table.
+
+    With a single time, each column is a row with all digits.
+    """
     shown = table(found, _MOST_COLUMNS)
     return (shown,) if shown.rows else head(_in_a_word(found))
 
 
 def _values_text(found: Values) -> str:
-    """The table with as many columns as fit; a word where there are no times to show it by."""
+    """The table with as many columns as fit, or the number of columns if there are no times."""
     shown = ""
     for most in range(_MOST_COLUMNS, 0, -1):
         shown = as_text.render([table(found, most)], WIDTH)
@@ -140,7 +143,7 @@ def _values_text(found: Values) -> str:
 
 
 def table(found: Values, most: int, about: str = "Values") -> TableBlock:
-    """At most so many columns of the values; nothing without their times."""
+    """Return a table with at most `most` columns of the values; empty if there are no times."""
     if found.time is None or any(x.shape != found.time.shape for x in found.hi.values()):
         return TableBlock((), (), about)
     if not found.time.shape:

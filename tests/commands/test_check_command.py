@@ -96,7 +96,7 @@ def test_a_check_shows_itself_as_the_command_does(tmp_path, exact, capsys):
     assert main(["check", path]) == 3
     found = hb.check(path)
     assert repr(found) == capsys.readouterr().out.strip("\n")
-    assert "The first level that is wrong is positions" in found._repr_html_()
+    assert "The first wrong level is positions" in found._repr_html_()
 
 
 def test_columns_without_names_are_refused():
@@ -121,7 +121,7 @@ def test_columns_that_are_not_known_are_named_with_what_they_are_like(tmp_path, 
     assert main(["check", str(path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "1 state known by number" in said
-    assert "not known: 'M_rollroll [kg m2]' (M_roll_roll?), 'qwerty'." in said
+    assert "Unknown columns: 'M_rollroll [kg m2]' (M_roll_roll?), 'qwerty'." in said
 
 
 def test_states_of_ones_own_are_checked_in_any_unit(tmp_path, bicycle):

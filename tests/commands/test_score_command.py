@@ -102,7 +102,7 @@ def test_requirements_set_the_exit_code(capsys):
 def test_a_series_shows_the_order_of_convergence(capsys):
     code, out, _ = run(COARSE, FINE, "--step", "0.01,0.001", "--cpu", "0.5,2", capsys=capsys)
     assert code == 0
-    assert "order of convergence 2.0" in out
+    assert "order of convergence: 2.0" in out
     code, text, _ = run(str(PEERS / "exudyn.toml"), "--format", "json", capsys=capsys)
     document = json.loads(text)
     assert [r["step"] for r in document["runs"]] == [0.01, 0.001]
@@ -145,7 +145,7 @@ def test_several_files_are_programs_side_by_side(capsys, tmp_path):
     assert all(c["orders"] == [None] for c in document["convergence"])
     lines = list(csv.DictReader(io.StringIO(outputs[1].read_text())))
     assert [line["run_name"] for line in lines] == ["Exudyn"] * 24 + ["SciPy"] * 24
-    assert "<h1>2 programs side by side</h1>" in outputs[2].read_text()
+    assert "<h1>2 programs compared</h1>" in outputs[2].read_text()
 
 
 def test_programs_have_their_files_names_unless_told(capsys, tmp_path):

@@ -97,7 +97,7 @@ def zeros(t):
     ("rows", "values", "said"),
     [
         # No cause explains noise, so the complete search runs.
-        pytest.param(1001, noise, "their error says nothing", marks=pytest.mark.slow),
+        pytest.param(1001, noise, "too much for a diagnosis", marks=pytest.mark.slow),
         pytest.param(101, zeros, "nothing but zeros", marks=pytest.mark.proof),
     ],
 )

@@ -53,7 +53,7 @@ def test_every_cell_runs(monkeypatch, tmp_path, capsys):
     assert changed["unknown"] == "xB"
     assert round(changed["value"], 6) == 0.33
     (order,) = (f.message for f in series.findings if "order" in f.message)
-    assert "observed order of convergence 4.0" in order
+    assert "Observed order of convergence: 4.0" in order
     said = capsys.readouterr().out
     assert "benchmark: from 4.292382536 to 6.024262015 m/s" in said
     assert {p.name for p in DOCS.iterdir()} == before

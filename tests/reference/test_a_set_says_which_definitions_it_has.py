@@ -233,7 +233,7 @@ def test_a_package_of_more_definitions_scores_against_todays_set(tmp_path):
     named = np.transpose([reference.times, *(reference[2][k] for k in BENCHMARK_COLUMNS[0:7:3])])
     np.savetxt(tmp_path / "n.csv", named, fmt="%.17g", delimiter=",", header=text, comments="")
     done = newer("score", tmp_path / "n.csv", "--maneuver", "2")
-    assert "height: left out, for the reference in" in done.stdout
+    assert "height: left out, because the reference in" in done.stdout
 
 
 def test_a_package_of_more_definitions_verifies_a_set_without_them(kind):

@@ -65,7 +65,7 @@ def test_what_ends_the_search_is_told_last(reference, caplog):
     assert [*steps] == names
     last = steps["output"]
     assert "likeliest columns_steer_angle_as_roll_angle" in last[3]
-    assert float(re.search(r"leaves ([0-9.e-]+) of", last[3])[1]) < 1e-8
+    assert float(re.search(r"largest remaining error ([0-9.e-]+) in", last[3])[1]) < 1e-8
     assert "whole runs" not in steps
 
 

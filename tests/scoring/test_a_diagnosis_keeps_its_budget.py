@@ -165,7 +165,7 @@ def test_a_budget_needs_a_diagnosis(capsys):
 
 @pytest.mark.parametrize("budget", [0, -1.0, nan, "5", None, [30]])
 def test_in_python_a_budget_that_is_none_is_refused(budget):
-    with pytest.raises(InputError, match=r"budget: found .*, expected seconds, more than zero"):
+    with pytest.raises(InputError, match=r"budget: found .*, expected seconds above zero"):
         diagnose(RIGHT, budget=budget)
 
 

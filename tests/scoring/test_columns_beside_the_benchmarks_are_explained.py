@@ -39,11 +39,11 @@ def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):
 @pytest.mark.parametrize(
     ("change", "evidence", "said"),
     [
-        (lambda x: 1.1 * x, {"factor": 1.1, "offset": 0.0}, "is 1.1 times the right one, "),
+        (lambda x: 1.1 * x, {"factor": 1.1, "offset": 0.0}, "is 1.1 times the exact value, "),
         (lambda x: 2 * x - 0.5, {"factor": 2.0, "offset": -0.5},
-         "is 2 times the right one minus 0.5 rad, "),
-        (lambda x: 0 * x, {"constant": [0.0]}, "holds the same number in every row, 0 rad, "),
-        (lambda x: 0 * x + 0.1, {"constant": [0.1]}, "the same number in every row, 0.1 rad, "),
+         "is 2 times the exact value minus 0.5 rad, "),
+        (lambda x: 0 * x, {"constant": [0.0]}, "is 0 rad in every row, "),
+        (lambda x: 0 * x + 0.1, {"constant": [0.1]}, "is 0.1 rad in every row, "),
     ],
 )  # fmt: skip
 def test_one_number_that_explains_a_column_is_found(reference, tmp_path, change, evidence, said):
@@ -59,7 +59,7 @@ def test_a_constant_is_found_in_a_column_that_has_a_zero(reference, tmp_path):
     (found,) = beside(report_of(reference, tmp_path, keys=("pitch",), pitch=lambda x: x + 0.25))
     assert found.evidence["factor"] == 1.0
     assert found.evidence["offset"] == pytest.approx(0.25, abs=1e-12)
-    assert "is the right one plus 0.25 rad, " in found.message
+    assert "is the exact value plus 0.25 rad, " in found.message
     assert beside(report_of(reference, tmp_path, yaw=lambda x: x + 0.25)) == ()
 
 
@@ -75,7 +75,7 @@ def test_a_factor_is_the_same_in_all_maneuvers(reference, tmp_path):
 def test_what_one_number_does_not_explain_is_wrong_all_the_same(reference, tmp_path):
     (found,) = beside(report_of(reference, tmp_path, yaw=lambda x: x + 0.1 * x**2))
     assert found.code == "column_beside"
-    assert "neither a factor nor an offset explains it" in found.message
+    assert "Neither a factor nor an offset explains it" in found.message
 
 
 def test_right_columns_are_not_mentioned(reference, tmp_path):
@@ -101,7 +101,7 @@ def test_a_diagnosis_does_not_contradict_its_verdict(reference, tmp_path, capsys
     out = " ".join(capsys.readouterr().out.split())
     for said in (
         "wrong, worst column 1.0 correct digits (maneuver 2 yaw)",
-        "yaw of maneuver 2 is 1.1 times the right one",
+        "yaw of maneuver 2 is 1.1 times the exact value",
         "roll_angle, steer_angle: each is as right as the digits written can tell",
     ):
         assert said in out

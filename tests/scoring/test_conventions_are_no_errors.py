@@ -34,7 +34,7 @@ def test_all_of_them_are_in_the_first_finding(reference):
     first = report.findings[0]
     assert first.code == "conventions"
     for said in (
-        "which are no errors",
+        "which are not errors",
         "roll and steer are positive to the left",
         "the zero of potential_energy, mechanical_energy is 794.1195 J above that at the floor",
         "roll_angle is tait_bryan_xyz (over 10^6 to 1 against lean)",
@@ -65,7 +65,7 @@ def test_diagnose_says_them_first(reference, tmp_path, capsys, monkeypatch):
     verdict, first, *_ = capsys.readouterr().out.split("\n\n")
     assert "correct digits" in verdict
     assert "positive to the" in first
-    assert "are no errors" in first
+    assert "are not errors" in first
 
 
 def test_without_any_diagnose_names_the_default_ones(reference, capsys, monkeypatch):

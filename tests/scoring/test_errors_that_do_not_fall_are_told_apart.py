@@ -75,7 +75,7 @@ def test_another_curve_in_each_run_is_noise(reference):
 def test_the_same_curve_is_that_of_the_model(reference, sizes):
     scored = series(reference, {"size": 1e-4, "noise": 1e-7}, {"size": 1e-4}, **sizes)
     (said,) = found(scored, "error_stays")
-    assert "of the model" in said.message
+    assert "comes from the model" in said.message
     assert len(said.evidence["columns"]) == 24
     assert not found(scored, "limited_by_rounding")
 

@@ -154,7 +154,7 @@ def test_smaller_units_of_time_are_asked_about(times, unit, reference):
     rows = slice(0, 1 + int(0.7 * len(m.time)))
     columns = {key: x[rows] for key, x in exact_columns(m).items()}
     part = Rows(1, times * m.time[rows], m.time_lo[rows], columns)
-    asked = f"; are they in {unit}?" if unit else "nothing is extrapolated"
+    asked = f"; are they in {unit}?" if unit else "is not extrapolated"
     report = score(Results("x", "text", (part,)), reference)
     assert report.findings[0].message.endswith(asked)
     unknown = Rows(None, part.time, part.time_lo, part.values)

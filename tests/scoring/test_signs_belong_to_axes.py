@@ -84,7 +84,7 @@ def test_roll_alone_turned_round_is_warned_of_and_judged_as_before(reference):
     assert report.worst.scd == right.worst.scd
     assert score(made(reference, turned("roll_angle", "roll_rate")), reference, "scd >= 6").passed
     for text in ("summary", "html", "table"):
-        assert "opposite senses" in render(report, text)
+        assert "positive to the left, but steer to the right" in render(report, text)
 
 
 @pytest.mark.parametrize("keys", [("steer_angle", "steer_rate"), LATERAL, ()])

@@ -32,7 +32,7 @@ def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
     read = read_results(JUDGED / "diffrax-default.txt.gz")
     *others, single = finding_text.findings(numerical.causes(score(read, reference)))
     assert (single.code, single.severity) == ("single_precision", Severity.INFO)
-    assert "another cause comes before" in single.message
+    assert "look for another cause first" in single.message
     assert others
 
 

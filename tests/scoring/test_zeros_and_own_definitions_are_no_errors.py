@@ -215,4 +215,4 @@ def test_the_question_of_the_definition_comes_first(reference):
     report = score({1: found[1], 2: found[2], 3: found[3]}, reference)
     assert ": forward_speed: a definition of its own? If not, close" in report.verdict
     assert "a smaller step" not in str(report)
-    assert "say what forward_speed is" in repr(report)
+    assert "check which point or axis forward_speed refers to" in repr(report)

@@ -61,8 +61,8 @@ def test_what_is_folded_is_named_with_its_grade(report):
 
 def test_definitions_are_folded():
     page = render(sample_reports.rough(), "html", [])
-    assert "<h3>Which definition" in page
-    assert page.count("<h3>Which definition") == page.count("<summary><h3>Which definition")
+    assert "<h3>Definitions" in page
+    assert page.count("<h3>Definitions") == page.count("<summary><h3>Definitions")
 
 
 @browser

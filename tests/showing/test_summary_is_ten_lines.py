@@ -45,7 +45,7 @@ def test_it_answers_in_this_order():
     assert "maneuver 1: 0.0, maneuver 2: 0.0" in re.sub(r"-[0-9.]+", "0.0", text)
     assert "roll_angle tait_bryan_xyz, not the default lean" in text
     assert "1 of 3 requirements FAILED: scd >= 6" in text
-    assert "1 warning: 3 values are not finite and not used" in text
+    assert "1 warning: 3 values are not finite and were left out" in text
     assert "heyoka-bike diagnose runs/other-h0.001.txt" in text
 
 

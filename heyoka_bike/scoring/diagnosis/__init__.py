@@ -1,8 +1,9 @@
-"""Why a result differs: `diagnose` adds the answer to a score.
+"""Why a result differs from the reference: `diagnose` adds the causes to a score.
 
-`explain` finds causes: by what the file's own motion leaves of the exact equations (`residual`),
-and by simulated programs that make the usual mistakes (`mistakes`, `programs`) beside the file
-(`seen_file`), step by step (`search`). It compares them by their odds (`odds`, `ranking`).
-`answers` gives the `conclusions` as evidence, and asks `numerical` what the error looks like if
-nothing explains it.
+`explain` finds causes in two ways: from the residual of the exact equations along the file's own
+motion (`residual`), and by comparing the file (`seen_file`) with simulated programs that make usual
+mistakes (`mistakes`, `programs`). `search` lists the steps. Causes are compared by their odds
+(`odds`, `ranking`). `answers` gives the `conclusions` as evidence, if no cause explains the error,
+`numerical` looks like if
+nothing explains shape.
 """

@@ -1,4 +1,4 @@
-"""The answer of a diagnosis: what explains the file, or what its error looks like."""
+"""The answer of a diagnosis: the causes that explain the file, or a description of its error."""
 
 from collections.abc import Iterator, Sequence
 
@@ -43,7 +43,7 @@ from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
-# In which columns a start is written.
+# Key of the column that contains each initial value, by the name of the value.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE_KEYS, strict=True)}
 
 
@@ -52,7 +52,7 @@ _STIFFEST = 3.0
 
 
 def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
-    """Return the evidence that most columns contain only zeros, if they do."""
+    """Return the evidence that most columns contain only zeros; empty if they do not."""
     are_zeros = [not c.trace.value.any() for _, c in report.places]
     return (MostlyZeros(),) if 2 * sum(are_zeros) > len(are_zeros) else ()
 
@@ -60,16 +60,16 @@ def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
 def answers(
     diagnosis: Diagnosis, report: Report, first: Sequence[visible_faults.VisibleFault]
 ) -> tuple[Evidence, ...]:
-    """What explains the file, or what its error looks like if nothing does.
+    """List the causes that explain the file, or describe its error if none does.
 
-    `first` is what was seen at once.
+    `first` is the evidence that was found without simulation, see `plain.shown`.
     """
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED_CODE,):
         return (_linear(diagnosis.classes[0][0]), *units)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
-        # A start that is named as a mistake is not named again, and a fall follows from its cause.
+        # Do not report wrong initial conditions twice. A fall is reported after its cause.
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
@@ -83,20 +83,20 @@ def answers(
     # Report a soft contact only if it could be stiffer with the same step.
     yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
-        # What follows is concluded from that nothing else explains the file.
+        # The evidence below needs a complete search, which has excluded all other causes.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
     times = visible_faults.other_times(report)
     if times is not None:
         return (times,)
-    # Nothing about the motion where it is right.
+    # A yielding contact explains the error better than the nearest integrator.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
     whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
-        # Their first rows are those of no start.
+        # The first rows of these columns are wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
     if whole is not None:
         return (*first, whole, nothing)
@@ -104,15 +104,15 @@ def answers(
     if falls:
         return (*forces, *first)
     shape = numerical.causes(report)
-    # Where nothing is left of the motion, its equations say nothing either.
+    # If the columns are too far off, the residual of the equations means nothing either.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
     described = tuple(_described(diagnosis.causes)) if is_told else ()
     if has_right_digits(nothing.max_rel_error):
-        # An integrator's error of a right file is none to look for.
+        # In a file that is right, an integrator's error needs no explanation.
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    # A method that merely resembles the error most is reported last.
+    # Report a method that only resembles the error last.
     nearest = () if integrator is None else (integrator,)
     told = (*yields, *forces, *described, *first)
     if not told:
@@ -122,21 +122,21 @@ def answers(
 
 
 def is_whole_cause(x: Evidence) -> bool:
-    """True of what is seen at once and is the whole cause."""
+    """True if evidence found without simulation is a complete cause."""
     is_of_few = isinstance(x, RowsBetween) and x.keys
     kinds = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
     return isinstance(x, kinds) and not is_of_few
 
 
 def is_right(report: Report) -> bool:
-    """True if every column is as right as its digits can tell."""
+    """True if the digits written hide the errors of all columns."""
     return all(c.is_hidden for _, c in report.places)
 
 
 def _linear(h: Hypothesis) -> LinearMotion:
-    """The equations are linear: no mistake."""
+    """Evidence that the motions are those of the linear equations, without another mistake."""
     unknown = tuple(dict.fromkeys(key for n, key in h.floors if (n, key) not in h.after))
-    # Energies of linear motions, if they are written at all, tell less of the integrator.
+    # Energies of linear motions, if the file contains them, show less of the integrator.
     lateral = {k: x for k, x in h.after.items() if k[1] in LATERAL} or h.after
     place, left = max(lateral.items(), key=lambda x: x[1])
     return LinearMotion(h, unknown, place, left)
@@ -151,20 +151,20 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
 
 
 def _integrator(causes: Residual | None) -> Integrator | None:
-    """The integrator that makes the error."""
+    """The integration methods whose error the residual of the equations resembles, or None."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
     return Integrator(methods, methods[0].relief > CLEARLY) if methods else None
 
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
-    """The cause that explains nearly all of the residual, but not the whole run."""
+    """Yield the cause that explains nearly all of the residual, but not the whole run."""
     best = causes.best if causes else None
     if best is not None:
         yield Direction(best)
 
 
 def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]:
-    """A force or a term which nothing explains, alone or beside the best: by its law, if seen."""
+    """Yield a force or a term that no cause explains, or its law if that is visible."""
     causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
         return
@@ -176,7 +176,7 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
 
 
 def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
-    """What the equations leave, where it is too little to be called a force."""
+    """Yield the residual of the equations if it is too small to be called a force."""
     if causes is not None and causes.is_described:
         yield _left(causes)
 
@@ -188,7 +188,7 @@ def _left(causes: Residual) -> LeftOfEquations:
 def _explained(
     rank: int, hypotheses: tuple[Hypothesis, ...], report: Report, causes: Residual | None
 ) -> Explained:
-    """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
+    """Evidence that mistakes, or as few fitted values as possible, explain the file."""
     first = hypotheses[0]
     as_given = (_written_as_given(x, report) for x in first.found)
     rest = left_over(first, causes)
@@ -209,26 +209,34 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
         return ()
     relief = causes.relief(h.mistakes)
     near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
-    return tuple(x for x in near if not x.parts & h.parts)[: THRESHOLDS.refined]
+    return tuple(x for x in near if not x.parts & h.parts)[: THRESHOLDS.max_refined]
 
 
 def _by_relief(causes: Residual) -> list[Hypothesis]:
     """Plausible causes that explain a part of the residual of the equations, the best first."""
     every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
-    return sorted((x for x in every if x.relief > THRESHOLDS.explains), key=lambda x: -x.relief)
+    return sorted(
+        (x for x in every if x.relief > THRESHOLDS.explained_factor), key=lambda x: -x.relief
+    )
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
-    """The equation that is off the most, by what part, and by what factor that falls."""
+    """The equation with the largest residual, its relative size, and the factor by which it falls.
+
+    None if the causes do not change the model, or reduce the residual too little.
+    """
     if causes is None or all(m.kind != "model" for m in h.mistakes):
         return None
     relief = causes.relief(h.mistakes)
     where = max(causes.shares, key=causes.shares.__getitem__)
-    return (where, causes.shares[where], relief) if relief > THRESHOLDS.explains else None
+    return (where, causes.shares[where], relief) if relief > THRESHOLDS.explained_factor else None
 
 
 def _written_as_given(x: FittedValue, report: Report) -> str:
-    """Name the column whose first row has the start that is given, not the one that is fitted."""
+    """Name the column whose first row contains the given initial value, not the fitted value x.
+
+    Empty if there is no such column.
+    """
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
         is_small = CLEARLY * abs(float(c.trace.error[0])) < abs(x.value - x.right)
@@ -238,9 +246,11 @@ def _written_as_given(x: FittedValue, report: Report) -> str:
 
 
 def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
-    # Of equal errors the last by name.
+    # If errors are equal, take the last column by name.
     m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    closest = _by_relief(seen)[: THRESHOLDS.refined] if seen is not None and seen.visibility else ()
+    closest = (
+        _by_relief(seen)[: THRESHOLDS.max_refined] if seen is not None and seen.visibility else ()
+    )
     return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, tuple(closest))

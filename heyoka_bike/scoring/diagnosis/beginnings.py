@@ -1,8 +1,9 @@
-"""How an error begins: what the first rows show of forces, whatever the rest of the file does.
+"""Evidence from the beginning of an error: the first rows show some forces.
 
 Every maneuver begins upright and straight. There gravity does no work, so the kinetic energy has no
-slope; and the bicycle is symmetric, so what its roll rate makes of it is in proportion to that.
-Both are exact at the start, and need one column and no simulation.
+slope. The bicycle is symmetric, so errors of a symmetric model begin in proportion to the initial
+roll rate. Both statements are exact at the start, and testing them needs one column and no
+simulation.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,33 +23,40 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# The beginning [s]: the bicycle still is nearly where it was. Rows that it must have.
+# Duration of the beginning, in which the bicycle is still nearly in its initial state [s], and
+# minimum number of rows in it after the first.
 _BEGINNING, _FEWEST = 0.2, 4
-# An error that begins as this power of the time at least is none of the start.
+# An error that grows at least with this power of the time is not one of the initial conditions.
 _LEAST_POWER = 1.5
-# Of the speed, with which something at the start is in proportion to the roll rate: terms of the
-# equations have its square, and errors of integrators a few times that.
+# Highest power of the speed by which symmetric effects at the start may grow. Terms of the
+# equations have the square, and errors of integrators a few times this power.
 _HIGHEST_POWER = 8
-# The power of the time is seen in the error of an angle until the fastest mode, which makes it
-# appear less by up to a half, has decayed.
+# The fastest mode makes the power of the time in the error of an angle appear smaller, by up to
+# 1/2, until this mode has decayed. So a power is rounded up if it exceeds an integer by more than 1
+# minus this value.
 _LESS = 0.75
-_HIGHEST_TOLD = 3
+# Higher powers are reported as this one.
+_HIGHEST_REPORTED = 3
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
-    """What the first rows show: work that is done, what is not symmetric, and how angles begin."""
+    """Yield what the first rows show: work, asymmetry, and how the errors of angles begin."""
     yield from _work(report.maneuvers)
     yield from _unsymmetric(report.maneuvers)
     yield from _powers(report.maneuvers)
 
 
 def _given(m: ManeuverScore, key: str) -> float:
-    """What a maneuver is given at the start [SI]."""
+    """The given initial value of a column [SI]."""
     return float(m.part.reference.rows[key][0])
 
 
 def _error(c: ColumnScore) -> tuple[Array, Array] | None:
-    """Times and errors of the rows of the beginning; None if the digits hide some, or the start."""
+    """Times and errors of the rows of the beginning.
+
+    None if there are too few rows, the first row is wrong or not at t = 0, or the digits hide
+    errors in the second half of the beginning.
+    """
     first = c.trace.time <= _BEGINNING
     time, error = c.trace.time[first], c.trace.error[first]
     if np.sum(first) <= _FEWEST or time[0] != 0.0:
@@ -62,7 +70,7 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
-    """A power that the kinetic energy of every maneuver begins to change with."""
+    """Yield the power with which the kinetic energy begins to change, if all maneuvers show it."""
     powers: dict[int, float] = {}
     forces: dict[int, float] = {}
     for m in maneuvers:
@@ -78,9 +86,10 @@ def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
 
 
 def _slope(c: ColumnScore) -> float | None:
-    """With which the error of a column begins; None if it bends, or is hidden.
+    """Initial slope of the error of a column; None if the error is hidden, or not a straight line.
 
-    That of a method of order 1 bends: implicit Euler's with 0.002 s by a tenth.
+    The error of a method of order 1 is not straight: with implicit Euler's method and a step of
+    0.002 s, its slope changes by 10 %.
     """
     if (shown := _error(c)) is None:
         return None
@@ -92,16 +101,16 @@ def _slope(c: ColumnScore) -> float | None:
 
 
 def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
-    """Errors that are as large in two maneuvers, though the roll rate of one is far larger."""
+    """Yield an error of similar size in two maneuvers whose roll rates differ greatly."""
     pairs = [
         sorted(pair, key=lambda m: abs(_given(m, "roll_rate")))
         for pair in combinations(maneuvers, 2)
     ]
-    # Those of similar speeds first: what a force does depends on the speed.
+    # Pairs of similar speed first: the effect of a force depends on the speed.
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        # What differs with a power of the speed may differ as much.
+        # The roll rates must differ more than a power of the speeds could compensate.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
@@ -125,13 +134,16 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 
 
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
-    """The power of the time with which an angle's error begins, the least of the maneuvers."""
+    """Yield the power of the time with which an angle's error begins; the least of all maneuvers.
+
+    The evidence is about all maneuvers that show a power.
+    """
     keys = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL and c.unit == "rad"}
     found: dict[str, tuple[int, tuple[int, ...]]] = {}
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
-        # What is a start in one and a force in another tells nothing.
+        # A first power in one maneuver and a higher power in another is no clear evidence.
         if each and (min(each.values()) > 1 or max(each.values()) == 1):
             found[key] = min(each.values()), tuple(each)
     for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():
@@ -139,7 +151,7 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
 
 
 def _is_wrong(c: ColumnScore) -> bool:
-    """True if a column is off by what is seen in a plot: integrators are off by less."""
+    """True if the error would be visible in a plot; an integrator's error is smaller."""
     return c.error > TOLERANCE
 
 
@@ -157,4 +169,4 @@ def _power(c: ColumnScore) -> int | None:
     if later >= len(time) or later == first or not error[later] > error[first]:
         return None
     power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])
-    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_TOLD) or None
+    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_REPORTED) or None

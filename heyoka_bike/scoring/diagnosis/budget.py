@@ -1,15 +1,14 @@
-"""The processor time that a diagnosis may take, how far it goes, and what ends it.
+"""The limit of the processor time of a diagnosis, and how it ends the diagnosis.
 
-Time is that of the process which diagnoses, in all its threads; it starts no other process. A
-diagnosis asks for it before each step that takes long: a fifth of a second of the motions that are
-simulated together, a program that is compared. So the last step may end later, by the time that it
-takes.
+The time is that of the whole process, in all its threads; a diagnosis starts no other process. The
+diagnosis checks the time before each long step, such as simulating a fifth of a second of several
+motions, or comparing a program. So it may exceed the limit by the time of one step.
 
-A step that never asks is interrupted from outside: `Watch` is a thread that raises
+A step that never checks the time is interrupted from outside: `Watch` is a thread that raises
 `BudgetSpentError` in the thread of the diagnosis. Unlike a signal this works in every thread and on
-every system. The exception arrives between two instructions of Python, so a loop inside of a
-compiled library goes on until it returns. CPython alone can do it, and it needs a thread: elsewhere
-the diagnosis ends only where it asks.
+every system. The exception arrives between two instructions of Python, so a loop inside a compiled
+library continues until it returns. This needs CPython and threads. Without them, the diagnosis ends
+only where it checks the time.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ from types import TracebackType
 from heyoka_bike.errors import InputError, printable
 
 DEFAULT_BUDGET = 20.0
-"""Processor time that a diagnosis takes at most, unless it is told [s]."""
+"""Default limit of the processor time of a diagnosis [s]."""
 
 
 OVERRUN = 5.0
-"""Processor time beyond the budget after which a diagnosis is interrupted; it is interrupted again
-each time that it continues for as long [s]."""
+"""Processor time beyond the limit after which a diagnosis is interrupted [s]. It is interrupted
+again whenever it continues for this time."""
 
 _SECONDS_BETWEEN_LOOKS = 0.25  # [s]
 
 
 class BudgetSpentError(Exception):
-    """The time of a diagnosis is spent: what was found until then is the result."""
+    """The time limit of a diagnosis is reached: the causes found so far are the result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +46,11 @@ class Deadline:
     Attributes
     ----------
     end
-        On the clock [s].
+        Reading of the clock at the end [s].
     clock : callable
-        The processor time of this process [s].
+        Returns the processor time of this process [s].
     is_thorough
-        As of `Budget`.
+        As in `Budget`.
     """
 
     end: float = inf
@@ -59,12 +58,12 @@ class Deadline:
     is_thorough: bool = False
 
     def check(self) -> None:
-        """Go on only if time is left.
+        """Raise an error if the time limit is reached.
 
         Raises
         ------
         BudgetSpentError
-            None is left.
+            The time limit is reached.
         """
         if self.clock() >= self.end:
             raise BudgetSpentError
@@ -79,7 +78,7 @@ class Watch:
     Parameters
     ----------
     deadline : Deadline
-        It is not watched if it has another clock than that of processor time.
+        It is not watched if its clock is not `time.process_time`.
     """
 
     def __init__(self, deadline: Deadline) -> None:
@@ -89,7 +88,7 @@ class Watch:
 
     def __enter__(self) -> None:
         if self._end < inf:
-            # RuntimeError: the system has no threads, or allows the process no further one.
+            # RuntimeError: the system has no threads, or does not allow another one.
             with suppress(RuntimeError):
                 Thread(target=self._look, args=(get_ident(),), daemon=True).start()
 
@@ -105,7 +104,7 @@ class Watch:
             with suppress(BudgetSpentError), self._lock:
                 self._is_over.set()
                 if self._has_raised:
-                    # Cancel an exception that has not arrived yet, or it would be raised later.
+                    # Cancel an exception that has not arrived yet. Otherwise it would arrive later.
                     _raise_in(get_ident(), None)
                 return
 
@@ -132,21 +131,21 @@ def _raise_in(thread: int, error: type[Exception] | None) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Processor time that a diagnosis may take.
+    """Limit of the processor time of a diagnosis.
 
     Attributes
     ----------
     seconds
-        More than zero; `math.inf` for as much as it takes [s].
+        The limit, greater than zero; `math.inf` for no limit [s].
     clock : callable
-        As of `Deadline`.
+        As in `Deadline`.
     is_thorough
-        True to look on where the equations leave a force that no cause explains.
+        True to continue the search even if the file shows a force that no single cause explains.
 
     Raises
     ------
     InputError
-        It is no such number.
+        `seconds` is not a number greater than zero.
     """
 
     seconds: float = DEFAULT_BUDGET
@@ -157,10 +156,10 @@ class Budget:
         given: object = self.seconds
         if not (isinstance(given, Real) and float(given) > 0):
             found = printable(repr(given))[:60]
-            raise InputError(f"budget: found {found}, expected seconds, more than zero")
+            raise InputError(f"budget: found {found}, expected seconds above zero")
 
     def begun(self) -> Deadline:
-        """The end of a diagnosis that begins now."""
+        """Return the deadline of a diagnosis that begins now."""
         return Deadline(self.clock() + self.seconds, self.clock, self.is_thorough)
 
 

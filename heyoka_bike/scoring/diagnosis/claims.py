@@ -1,4 +1,4 @@
-"""What a cause may claim: whether what it leaves can be an integrator's error."""
+"""Tests whether a cause explains a file: whether the remaining error can be an integrator's."""
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
@@ -12,48 +12,52 @@ from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
-"""Codes of programs of the linear equations."""
+"""Codes of the programs with linear equations."""
 
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if what is left can be an integrator's error."""
-    # A method that is run has no value that is fitted: rows tell its step.
+    """True if the error that a cause leaves can be an integrator's error."""
+    # A simulated method needs no hidden value: the rows determine its step.
     is_mistake = any(
         m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
-    # Each of several explains something where the equations do not show it.
-    least = BY_FAR**h.count if is_hidden else THRESHOLDS.explains
+    # If the equations do not show the causes, each of them must explain much.
+    least = BY_FAR**h.count if is_hidden else THRESHOLDS.explained_factor
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several values with a force among them can share an error that none of them causes.
+        # Several fitted values that include a force may fit an error that none of them causes.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
         return True
     if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
-        # The equations were asked in other definitions.
+        # The residual was computed with other definitions, so it does not count here.
         return True
     return not residual.leaves_force(residual.relief(h.mistakes))
 
 
 def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if a further cause can only be beside this one, and small beside one of the output."""
+    """True if no other single cause can replace this one.
+
+    It explains much of the error. A cause that is not in the model must also leave only a small
+    error.
+    """
     is_small = max(h.after.values(), default=1.0) < TOLERANCE
     is_large = h.is_possible and h.relief > BY_FAR and explains(h, residual)
     return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))
 
 
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if no single cause that is tried later could take its place."""
+    """True if no single cause that is tried later could replace this one."""
     return h.is_exhaustive or explains_mostly(h, residual)
 
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
-    """What a cause leaves beyond digits: typical errors in scales, where they are more."""
-    # Programs do not agree on the energy of forces that store some, nor on that of a rotor in the
-    # place of their own.
+    """Typical errors that a cause leaves, in scales, at places where they exceed the digits."""
+    # The energy does not count if programs compute it differently: with forces that store energy,
+    # and with a rotor instead of the wheel's own inertia.
     stores = any(x.name in FORCES and x.name not in WITHOUT_POTENTIAL for x in h.found)
     has_energy = not stores and OF_TENSORS.isdisjoint(h.codes)
     return {
@@ -65,12 +69,15 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
 
 
 def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
-    """Return a column in which a cause leaves what neither digits nor an integrator do.
+    """Return a column with an error that neither digits nor an integrator can cause.
 
-    Much is left in a column that the cause does not touch; or little is explained, of all or of one
-    column of a maneuver; or far more is left than in the other columns of the motion, whose errors
-    an integrator makes; or the equations leave what no integrator does. None if there is no such
-    column: the cause is all that is wrong.
+    None if there is no such column: then the cause is all that is wrong. A column is returned if
+
+    - it has a large error, and the cause does not change it;
+    - the cause explains little of all errors, or of the error of one column of a maneuver;
+    - its error is far larger than those of the other columns of the motion, which an integrator
+      causes;
+    - the equations have a residual that no integrator makes.
     """
     above = above_digits(h)
     if not above:
@@ -81,14 +88,14 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
         return max(untouched, key=untouched.__getitem__)
     if h.relief < BY_FAR:
         return worst
-    # In another maneuver, say, it explains next to nothing.
+    # The cause may explain hardly anything of some column, in another maneuver for example.
     unexplained = {k: x for k, x in above.items() if x > TOLERANCE and h.before[k] < CLEARLY * x}
     if unexplained:
         return max(unexplained, key=unexplained.__getitem__)
     if residual is not None and residual.leaves_more(h.mistakes):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
-    # Columns of roll and steer of one motion may be off by parts of their scales that differ, too.
+    # The relative errors of roll and steer columns of one motion may differ greatly.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
     is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

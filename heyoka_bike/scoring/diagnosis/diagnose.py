@@ -1,4 +1,4 @@
-"""Why results differ from the reference: a score, with what explains it."""
+"""A score with a diagnosis: why results differ from the reference."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -44,22 +44,22 @@ def diagnose(
     thorough: bool = False,
     **named: Any,
 ) -> Report:
-    """Compare results with the reference, and say why they differ.
+    """Compare results with the reference, and find out why they differ.
 
     Parameters
     ----------
     results, reference
         As in `score`.
     progress
-        Called with the part of the work that is done, 0 to 1.
+        Called with the fraction of the work that is done, 0 to 1.
     maneuver, columns
         As in `score`.
     budget
-        Processor time that looking for causes may take, in all threads of this process [s]. When it
-        is spent the report has what was found until then, and `is_stopped_early`.
+        Limit of the processor time for finding causes, in all threads of this process [s]. At the
+        limit the report contains the causes found so far, and `is_stopped_early` is True.
     thorough
-        True to try two mistakes at once, and other starts, also where the equations of motion leave
-        a force of which no cause explains anything.
+        True to try pairs of mistakes and other initial conditions even if the file shows a force
+        that no single mistake explains.
     named
         As in `score`.
 
@@ -67,15 +67,15 @@ def diagnose(
     -------
     Report
         As from `score`, with a `diagnosis`: the mistakes or the parameters whose simulation
-        explains the results, or what their error looks like. Mistakes are simulated for the columns
-        of the benchmark only; of others a factor, an offset or the same number in every row is
-        seen. Without the former little or nothing can be said; this is said.
+        explains the results, or a description of the error. Mistakes are simulated only for the
+        columns of the benchmark. In other columns a factor, an offset, or the same number in every
+        row is recognised. If the columns of the benchmark are missing, the diagnosis reports this.
 
     Raises
     ------
     InputError
-        See `score`; or a reference that does not start upright and straight, or a budget that is
-        not more than zero.
+        As in `score`; also if the reference does not start upright and straight, or the budget is
+        not greater than zero.
     NothingScoredError
         Nothing can be compared.
     """
@@ -91,7 +91,7 @@ def diagnosed(
     progress: Callable[[float], None] | None = None,
     budget: Budget = USUAL,
 ) -> Report:
-    """The report with its diagnosis; the reference is the one it was made with."""
+    """Add the diagnosis to a report; the reference must be the one of the report."""
     deadline = budget.begun()
     watch = Watch(deadline)
     distinct = _at_distinct_times(report, reference)
@@ -126,7 +126,7 @@ def _pursued(
     progress: Callable[[float], None],
     deadline: Deadline,
 ) -> Answer:
-    """Find what explains a report; nothing beyond wrong times if it has too few rows for more."""
+    """Find the causes of a report's errors; none if times are wrong and rows too few for more."""
     if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < FEWEST_ROWS:
         return Answer(report, ())
     if zeros := mostly_zeros(report):
@@ -137,7 +137,7 @@ def _pursued(
 def _at_distinct_times(report: Report, reference: Reference) -> Report:
     """The report without rows that repeat the time of the row before.
 
-    Its evidence stays that of the whole file.
+    It keeps the evidence of the whole file.
     """
     parts = tuple(m.part.at_distinct_times() for m in report.maneuvers)
     if all(p is m.part for p, m in zip(parts, report.maneuvers, strict=True)):
@@ -146,7 +146,7 @@ def _at_distinct_times(report: Report, reference: Reference) -> Report:
 
 
 def _is_of_times(seen: Evidence) -> bool:
-    """True for evidence that the times are written wrongly; it is reported before any cause."""
+    """True for evidence of wrong times, which is reported before any cause."""
     match seen:
         case TimesRepeated():
             return not seen.are_identical
@@ -158,5 +158,5 @@ def _is_of_times(seen: Evidence) -> bool:
 def diagnosed_elsewhere(
     report: Report, reference: Reference, budget: Budget, told: jobs.OnStage
 ) -> Report:
-    """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
+    """Run `diagnosed` as a job with one stage, ``diagnose``."""
     return diagnosed(report, reference, lambda share: told("diagnose", share), budget)

@@ -1,8 +1,8 @@
-"""What the mechanical energy of a file shows: the motion of the benchmark keeps it.
+"""Evidence from the mechanical energy of a file, which is constant in the benchmark.
 
-Gravity is its only force, and a wheel that rolls without slip does no work. So an energy that
-changes tells of a force that does work, or of an integrator; and one that stays, while its parts
-are wrong, tells that what is wrong does none. Both rest on the file alone.
+Gravity is the only force, and a wheel that rolls without slip does no work. So an energy that
+changes indicates a force that does work, or an integrator. If the energy is constant while its
+parts are wrong, the wrong forces do no work. This evidence needs no simulation.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ _PARTS = ("potential_energy", "kinetic_energy")
 _SUNK = (0.05, 0.12)
 """Interval in which a wheel has sunk into a soft floor, and roll errors are still small [s].
 MuJoCo's contact with its default settings comes to rest within 0.05 s."""
-_FEWEST_SUNK = 3  # rows in this interval
+_FEWEST_SUNK = 3  # minimum number of rows in this interval
 _ALIKE = 0.2  # largest relative spread of the energy over all maneuvers; MuJoCo's is 0.05
 
 
@@ -39,12 +39,12 @@ class _Energy:
     Attributes
     ----------
     time, change : ndarray, shape (n,)
-        What it has more than in the first row [s], [J].
+        Times [s], and change of the energy since the first row [J].
     size, floor
-        Of it, and what its digits cannot tell of a change [J].
+        Size of the energy, and smallest change that its digits resolve [J].
     exchanged
-        How much its parts are off from the right ones, as far as that changes, at least [J]; None
-        if they are not both in the file.
+        Largest change of the error of potential or kinetic energy, whichever is smaller [J]; None
+        if the file does not contain both.
     """
 
     time: Array
@@ -55,18 +55,18 @@ class _Energy:
 
     @property
     def largest(self) -> tuple[float, float]:
-        """The largest change, and when that is [J], [s]."""
+        """The largest change [J], and its time [s]."""
         row = int(np.argmax(np.abs(self.change)))
         return float(self.change[row]), float(self.time[row])
 
     @property
     def is_seen(self) -> bool:
-        """True if it changes by more than its digits."""
+        """True if the energy changes clearly more than its digits."""
         return abs(self.largest[0]) > CLEARLY * self.floor
 
     @property
     def trend(self) -> float:
-        """The change over the run if it is steady, in parts of the energy; otherwise 0."""
+        """The change over the run relative to the energy, if it is steady; otherwise 0."""
         if not self.is_seen or len(self.change) < 2 * MIN_ROWS_FOR_SHAPE:
             return 0.0
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
@@ -81,7 +81,7 @@ class _Energy:
 
     @property
     def until(self) -> float | None:
-        """Time after which it keeps its last value [s]; None if that is not in the first half."""
+        """Time after which the energy is constant [s]; None if this is not in the first half."""
         left = np.abs(self.change - self.change[-1])
         limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
@@ -90,7 +90,7 @@ class _Energy:
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:
-    """What the mechanical energy of all maneuvers shows, if these have one."""
+    """Yield what the mechanical energy shows; nothing unless all maneuvers contain it."""
     each = {m.maneuver: _energy(m) for m in report.maneuvers}
     known = {n: x for n, x in each.items() if x is not None}
     if len(known) < len(each):
@@ -98,7 +98,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     numbers, trends = tuple(known), tuple(x.trend for x in known.values())
     worst = max((c.error for m in report.maneuvers for c in m.columns), default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
-    # What integrators leave of a right file says nothing of forces.
+    # In a right file a change is the integrator's, and indicates no force.
     is_right = has_right_digits(worst)
     if all(_is_kept(x) for x in known.values()):
         if not is_right:
@@ -115,7 +115,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
 
 
 def of_contact(report: Report) -> Iterator[ContactYields]:
-    """The potential energy that the bicycle loses by sinking into a soft floor, if it does.
+    """Yield evidence that the bicycle sinks into a soft floor, by its loss of potential energy.
 
     This energy is the same in all maneuvers, although their roll angles differ by a factor of ten.
     An error of the roll angle, a mass or a length would change it more where the roll angle is
@@ -126,7 +126,7 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
         first = {c.key: float(c.trace.reference[0]) for c in m.columns if c.values}
         if not first.get("forward_speed") or "kinetic_energy" not in first:
             return
-        # The rotation of the wheels makes this mass a twentieth larger than the bicycle's.
+        # Because of the rotation of the wheels, this mass is 5 % larger than the bicycle's.
         masses.append(2 * first["kinetic_energy"] / first["forward_speed"] ** 2)
         columns = [c for c in m.columns if c.key == "potential_energy" and c.values == m.rows > 1]
         for c in columns:
@@ -143,29 +143,32 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
 
 
 def _is_kept(x: _Energy) -> bool:
-    """True if its parts are off by so much more than it changes, or could.
+    """True if the error of the parts exceeds the change of the energy by the factor `BY_FAR**2`.
 
-    Weak springs and dampers do little work, too: a thousandth of what the energies exchange.
+    The large factor excludes weak springs and dampers, whose work is a thousandth of the energy
+    exchanged between the parts.
     """
     could = max(abs(x.largest[0]), x.floor)
     return x.exchanged is not None and x.exchanged > BY_FAR**2 * could
 
 
 def _is_next_to(x: _Energy, worst: float) -> bool:
-    """True if it changes by next to nothing, beside its parts, or the worst error in scales.
+    """True if the change of the energy is negligible relative to the other errors.
 
-    The energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
+    It is compared with the error of its parts or, if these are missing, with the worst error in
+    scales: an error of the speed changes the energy by twice as much, an error of the lean by its
+    square.
     """
     return _is_kept(x) or (x.exchanged is None and BY_FAR**2 * abs(x.largest[0]) < worst * x.size)
 
 
 def _does_work(x: _Energy) -> bool:
-    """True if it changes by a part of what its parts are off that would be seen in a plot."""
+    """True if the change is at least a visible fraction (`TOLERANCE`) of the error of the parts."""
     return x.exchanged is None or abs(x.largest[0]) > TOLERANCE * x.exchanged
 
 
 def _energy(m: ManeuverScore) -> _Energy | None:
-    """The energy of a maneuver as it is written, or the sum of its parts."""
+    """The mechanical energy of a maneuver as written, or else the sum of its parts, or None."""
     columns = {c.key: c for c in m.columns if c.values == m.rows > 1}
     parts = [columns[key] for key in _PARTS if key in columns]
     whole = columns.get("mechanical_energy")
@@ -183,6 +186,6 @@ def _energy(m: ManeuverScore) -> _Energy | None:
 
 
 def _change(c: ColumnScore) -> Array:
-    """How much more a column is off than in its first row [J]."""
+    """Change of the error of a column since the first row [J]."""
     change: Array = c.trace.error - c.trace.error[0]
     return change

@@ -1,12 +1,12 @@
-"""Why a result differs: which force is missing, which mistake explains the file.
+"""Find the cause of a difference: a missing force, or a mistake that explains the file.
 
-First the file's own motion is put into the exact equations (`residual`): what remains says which
-mistakes of the model, which parameters and which forces can be the cause, without any simulation.
-The likeliest are then simulated, with mistakes of the start and of what is written, which leave
-nothing in the equations, and the file is compared with each motion as it is with the reference.
-Where a file does not show its motion (columns are missing, rows are few) all mistakes of the
-library are simulated (`search`). All are compared by their odds (`odds`, `ranking`).
-A search that has no time left (`budget`) ends with what was found until then.
+First the exact equations are evaluated along the file's own motion (`residual`). The residual shows
+which mistakes of the model, parameters and forces can be the cause, without any simulation. The
+likeliest of these are then simulated, together with mistakes of the initial conditions and of the
+output, which leave no residual. The file is compared with each simulated motion as with the
+reference. If the file does not show its motion (missing columns, few rows), all mistakes of the
+library are simulated (`search`). Causes are compared by their odds (`odds`, `ranking`). A search
+that reaches its time limit (`budget`) ends with the causes found so far.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,11 +32,11 @@ from heyoka_bike.scoring.explanation import Curve
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
 FEWEST_ROWS = 3
-"""Fewer rows show nothing: the first one is given, and the error of one more may have any size."""
+"""Minimum number of rows. The first row is given, and the error of a second may have any size."""
 
-# Of the work, by putting the file's motion into the equations.
+# Share of the progress bar for evaluating the equations along the file's motion.
 _SHARE_OF_EQUATIONS = 0.3
-_MOTION = step_log.Step("motion", "what does the file's motion leave of the equations?")
+_MOTION = step_log.Step("motion", "does the file's motion satisfy the equations?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,27 +46,30 @@ class Diagnosis:
     Attributes
     ----------
     classes : tuple of tuple of Hypothesis
-        Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it, and of a
-        search that was stopped also if what it did not try might explain more.
+        The hypotheses, best class first; the file cannot distinguish hypotheses of one class. Empty
+        if no hypothesis explains the file, or if the search was stopped and an untried one might
+        explain more.
     tried
         Number of hypotheses tried.
     causes : Residual or None
-        What the equations of motion say of the file's own motion; None where it does not show it.
+        Residual of the equations of motion along the file's own motion; None if the file does not
+        show its motion.
     curves : tuple of Curve
-        What the best of all leaves, in the column of each maneuver that it explains best.
+        Errors that the best hypothesis leaves, in the column of each maneuver that it explains
+        best.
     units : mapping of str to str
-        Units that columns have if the best of all is true, where they seem to have others beside
-        the correct motion.
+        Units of columns according to the best hypothesis, for columns that seem to be in another
+        unit if compared with the correct motion.
     is_whole
-        False if the time was spent before all was tried.
+        False if the time limit was reached before all causes were tried.
     likeliest : Hypothesis or None
-        Where `classes` are empty only for that, the best until then.
+        The best hypothesis so far, if `classes` is empty only because the search was stopped.
     stops_at_unknown_force
-        True if two mistakes at once, and other starts, were not tried: the equations leave a force
-        of which no cause explains anything.
+        True if pairs of mistakes and other initial conditions were not tried, because the file
+        shows a force that no single cause explains.
     edit : ColumnRatio or None
-        An offset or a ratio of a column that was found together with a wrong value: it is to be
-        undone, and the rows diagnosed again.
+        An offset or a ratio of a column that was found together with a wrong value. The caller must
+        undo it and diagnose the rows again.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -87,20 +90,21 @@ def explain(
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    With `only_output` only mistakes of the output are tried. With `asks_for_edit` an offset or a
+    With `only_output`, only mistakes of the output are tried. With `asks_for_edit`, an offset or a
     ratio of a column is also looked for, together with a wrong value. `progress` is called with the
-    part of the work that is done, 0 to 1. At the `deadline` what was found until then is compared.
+    fraction of the work that is done, 0 to 1. At the `deadline` the search ends, and the causes
+    found so far are compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < FEWEST_ROWS:
         return Diagnosis((), 0)
     library = () if only_output else OF_MODEL
     try:
-        with step_log.logged(_MOTION) as told:
+        with step_log.logged(_MOTION) as log:
             file = FileUnderTest(
                 parts, reference, simulator or Simulator(), library, deadline, asks_for_edit
             )
-            told.found = partial(_left_of_equations, file.residual)
+            log.found = partial(_left_of_equations, file.residual)
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
@@ -113,7 +117,7 @@ def explain(
         rest = 1.0 - _SHARE_OF_EQUATIONS
         search.carry_out(steps, lambda share: progress(_SHARE_OF_EQUATIONS + rest * share))
     except BudgetSpentError:
-        # What was judged before stays.
+        # Continue with the hypotheses that were judged before the time limit.
         is_whole = False
     progress(1.0)
     classes = ranked(file, search.found, search.starts)
@@ -129,9 +133,9 @@ def explain(
 
 
 def _left_of_equations(residual: Residual | None) -> str:
-    """What is left of the accelerations, in words."""
+    """The residual of the accelerations in words."""
     if residual is None:
-        return "it is not shown"
+        return "the file does not show its motion"
     shares = ", ".join(f"{name} {x:.1e}" for name, x in residual.shares.items())
     told = residual.visibility.name.lower().replace("_", " ")
-    return f"of the accelerations {shares}; it shows {told}"
+    return f"residual relative to the accelerations: {shares}; visible: {told}"

@@ -28,40 +28,40 @@ if TYPE_CHECKING:
 KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
 UNKNOWN = log(len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE))
 OF_START = log(len(START) * MANEUVERS)
-"""Logarithms of the prior odds against a mistake of the library, a parameter or force, and a value
-of the initial conditions: the logarithm of how many of them there are."""
+"""Logarithms of the prior odds against a mistake of the library, a parameter or force, and an
+initial value. Each is the logarithm of their number: of mistakes, unknowns, or initial values."""
 
 
 def log_odds_before(mistakes: Collection[Cause]) -> float:
-    """Logarithm of the odds for some mistakes against none, before the file is looked at."""
-    w, cost = THRESHOLDS, 0.0
+    """Return the logarithm of the prior odds for some mistakes against none."""
+    limits, cost = THRESHOLDS, 0.0
     for m in mistakes:
         one = OF_START if m.kind == "start" else UNKNOWN
-        cost += (w.fitted + one) * m.fitted if m.fitted else KNOWN
-    return -cost - w.further * max(len(mistakes) - 1, 0)
+        cost += (limits.value_cost + one) * m.fitted if m.fitted else KNOWN
+    return -cost - limits.further_cause_cost * max(len(mistakes) - 1, 0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hypothesis:
-    """Causes as an explanation of a file, and what they leave of its error.
+    """Causes that may explain a file, with the errors that they leave.
 
     Attributes
     ----------
     mistakes : tuple of Cause
-        None of them for the correct program.
+        Empty for the correct program.
     before, after : mapping of (int, str) to float
-        Typical error at each place, of the correct program and of this one, in scales of the
-        column or parts of the accelerations, over the same rows.
+        Typical error at each place, relative to the correct program and to this one, over the same
+        rows; in scales of the column, or relative to the accelerations.
     changed : tuple of (int, str)
-        Where this program does otherwise than the correct one.
+        The places at which this program differs from the correct one.
     floors : mapping of (int, str) to float
         Resolution limits, in scales.
     reaches_the_end
-        True if the motion goes about as far as the rows of the file do.
+        True if the simulated motion covers at least half of the file's rows.
     expected : sequence of mapping of str to ndarray
-        Of each part of the file, the columns that this program writes, at the rows compared.
+        For each part of the file, the columns that this program writes, at the compared rows.
     understood : mapping of str to Understanding
-        The definitions of the file's columns if this program wrote them.
+        The definitions of the file's columns that fit this program best.
     """
 
     mistakes: tuple[Cause, ...]
@@ -80,20 +80,20 @@ class Hypothesis:
 
     @property
     def found(self) -> tuple[FittedValue, ...]:
-        """Values that were found in the file, if it is explained by nothing else."""
+        """The fitted values; empty if one of the causes is not a fitted value."""
         each = [m.found for m in self.mistakes]
         return tuple(x for found in each for x in found) if all(each) else ()
 
     @property
     def count(self) -> int:
-        """Number of causes in one maneuver: values of its start, and all others."""
+        """Largest number of causes that act in one maneuver; initial values act in only one."""
         starts = Counter(x.maneuver for x in self.found if x.maneuver is not None)
         others = sum(max(len(m.found), 1) for m in self.mistakes) - starts.total()
         return max(starts.values(), default=0) + others
 
     @property
     def parts(self) -> frozenset[str]:
-        """The mistakes by their codes, and the values that were found by their names."""
+        """Codes of the mistakes, and names of the fitted values."""
         each = ([x.name for x in m.found] or [m.code] for m in self.mistakes)
         return frozenset(name for names in each for name in names)
 
@@ -113,15 +113,19 @@ class Hypothesis:
         plausible = all(is_plausible(x.name, x.value) for x in self.found)
         if not self.reaches_the_end or not self.changed or not plausible:
             return float("-inf")
-        # Few rows have fewer independent values: the first is given, one tells the error's size.
+        # Few rows have fewer independent values: the first is given, and one sets the error's size.
         rows = [len(next(iter(columns.values()))) - 2 for columns in self.expected]
-        share = min(1.0, max(rows, default=1000) / THRESHOLDS.values)
+        share = min(1.0, max(rows, default=1000) / THRESHOLDS.independent_values)
         seen = share * log_ratio(self.before, self.after, self.changed)
         return seen + log_odds_before(self.mistakes)
 
     @property
     def is_possible(self) -> bool:
-        """True if nothing in the file speaks against it."""
+        """True if nothing in the file contradicts this hypothesis.
+
+        It reduces the typical error, makes no column clearly worse, and leaves only a few columns
+        far off.
+        """
         floor = ROUNDING
         return (
             self.gain > 1.0
@@ -135,10 +139,10 @@ class Hypothesis:
 
     @property
     def unexplained(self) -> Place | None:
-        """A column that mistakes of what is written should make right, and do not.
+        """A column that mistakes of the output should correct but do not; None if there is none.
 
-        It still is much farther off than the motion. Or they do not change it, and it is wrong
-        however they are: then they must explain far more of those that they change.
+        A column that they change must not remain much farther off than the motion. If a column that
+        they do not change is wrong, they must explain far more of those that they change.
         """
         if any(m.kind != "output" for m in self.mistakes):
             return None
@@ -148,7 +152,7 @@ class Hypothesis:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
-        # ... or was much less so, whatever else is wrong.
+        # Changed columns that were much less wrong than the motion need no mistake of the output.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:
@@ -159,7 +163,7 @@ class Hypothesis:
 
     @property
     def is_exhaustive(self) -> bool:
-        """True if no other cause could explain more."""
+        """True if the remaining errors are negligible, so no further cause could explain more."""
         return bool(self.after) and all(
             x <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * self.floors.get(k, 0.0))
             for k, x in self.after.items()

@@ -1,11 +1,11 @@
-"""Which integrator makes a file's error: usual ones are run, and what they leave is compared.
+"""Recognise the integrator by its error: usual methods are run, and their errors are compared.
 
-A method leaves an error that grows with its step h as h^p, as long as it is small. So the error of
-each method with a step from row to row is carried along the right motion, and the factor by which
-it has to be multiplied tells the step. Of the nearest methods the error with that step is carried,
-and where rows and steps agree they are run from the start. The state is that of the reduced
+A small error of a method of order p grows with its step h as h^p. So the error of each method, with
+a step from row to row, is propagated along the exact motion. The factor that fits it to the file's
+error gives the step of the file. For the nearest methods the error with that step is propagated; if
+this takes few evaluations, they are also run from the start. The state is that of the reduced
 equations: roll, steer, their rates and the rolling rate. In other coordinates the same method
-leaves another error, and is recognised less well.
+makes a different error, and is recognised less reliably.
 """
 
 from __future__ import annotations
@@ -39,37 +39,38 @@ from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.rows.edits import Columns
 
 CARRIED = 1e-12
-"""What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""
+"""Accuracy of a thousand propagated errors, relative to the size of the column; each adds 1e-13."""
 
-# Errors are carried from row to row over times not longer than this [s], by one step of RK4: the
-# fastest mode of the benchmark falls by e^-0.5 in it, which that has to 3e-4.
+# Longest time over which an error is propagated by one step of RK4 [s]. The fastest mode of the
+# benchmark falls by e^-0.5 in this time, which one step computes to 3e-4.
 _LONGEST = FASTEST_MODE / 2
-# Rows of a maneuver at which errors are carried; between them they lie on lines.
+# Maximum number of rows of a maneuver at which errors are propagated; they are interpolated
+# linearly between these.
 ROWS_FOLLOWED = 2001
-# Steps from row to row, or rows from step to step: with more, the method's error is that of a few,
-# scaled.
+# Maximum number of steps per row, or rows per step. With more, the error has the same shape.
 _MOST_STEPS = 10
-# Methods that are run from the start, each with at most so many evaluations of the equations.
+# Number of methods that are run from the start, and maximum number of evaluations of the equations
+# for each.
 _RUN, _EVALUATIONS = 3, 12000
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A maneuver as integrators follow it.
+    """A maneuver, with the errors of the file, for the comparison with integrators.
 
     Attributes
     ----------
     simulator : Simulator
     motion : MotionRequest
-        The right one, at the rows that are compared.
+        The exact motion, at the rows that are compared.
     spacing
-        Of the file's rows [s].
+        Distance of the file's rows [s].
     errors : mapping of str to ndarray, shape (m,)
-        By name of the column, of the rows that are compared [SI].
+        Errors of the file at these rows, by name of the column [SI].
     sizes : mapping of str to float
-        Of the columns [SI].
+        Scales of the columns [SI].
     floors : mapping of str to float
-        What cannot be seen of their errors, in parts of the size.
+        Resolution limits of the errors, relative to the scales.
     """
 
     simulator: Simulator
@@ -81,12 +82,12 @@ class Run:
 
     @property
     def rows(self) -> int:
-        """Carried rows from one row of the file to the next."""
+        """Number of propagation steps from one row of the file to the next."""
         return ceil(self.spacing / _LONGEST - TOLERANCE)
 
     @cached_property
     def carried(self) -> Carried:
-        """Errors of methods along the right motion, at rows not too far apart and not too many."""
+        """Propagation of errors along the exact motion, at a suitable number of rows."""
         count = round(float(self.motion.time[-1]) / self.spacing)
         together = ceil(count / ROWS_FOLLOWED)
         grid = self.spacing / self.rows * together
@@ -96,14 +97,14 @@ class Run:
 
     @cached_property
     def _slopes(self) -> Columns:
-        """Derivatives of the columns by the state, shape (7, m), by name."""
+        """Derivatives of the columns with respect to the state, shape (7, m), by name."""
         size = len(self.motion.time)
         each = [np.repeat(SMALL_STEP * np.eye(7)[:, [k]], size, axis=1) for k in range(7)]
         found = self.simulator.differences(self.motion, each)
         return {name: np.array([x[name] / SMALL_STEP for x in found]) for name in self.errors}
 
     def _errors(self, method: FixedStep, steps: int, rows: int) -> Array:
-        """What so many steps over so many carried rows leave, at the rows compared."""
+        """Error of the state with `steps` steps per `rows` propagation rows, at compared rows."""
         return self._at_rows(self.carried.errors(method, steps, rows), self.carried.spacing)
 
     def _at_rows(self, errors: Array, spacing: float) -> Array:
@@ -111,16 +112,16 @@ class Run:
         return np.array([np.interp(self.motion.time, time, e) for e in errors])
 
     def terms(self, method: FixedStep, steps: int, rows: int) -> Columns:
-        """The same of the columns whose errors are known, to first order [SI]."""
+        """Return the errors of a method in the compared columns, to first order [SI]."""
         errors = self._errors(method, steps, rows)
         return {name: np.sum(slopes * errors, axis=0) for name, slopes in self._slopes.items()}
 
     def off(self, method: FixedStep, steps: int, rows: int, factor: float) -> Columns:
-        """The same times a factor, of all columns, by name [SI]."""
+        """Return the errors of a method, times a factor, in all columns, by name [SI]."""
         return self._columns(factor * self._errors(method, steps, rows))
 
     def of_states(self, states: Array, step: float) -> Columns:
-        """What states after each step, shape (7, n), differ in from the right ones, by name."""
+        """Return the errors of all columns, by name, from the states after each step (7, n)."""
         time = np.arange(states.shape[1]) * step
         inside = time < float(self.motion.time[-1]) + step
         end = np.minimum(time[inside], float(self.motion.time[-1]))
@@ -128,7 +129,7 @@ class Run:
         return self._columns(self._at_rows(states[:, inside] - right, step))
 
     def start(self) -> tuple[Equations, Array]:
-        """The equations and the state at the start, shape (7, 1)."""
+        """Return the equations and the initial state, shape (7, 1)."""
         return self.simulator.followed(self.motion, np.zeros(1))
 
     def _columns(self, errors: Array) -> Columns:
@@ -138,13 +139,13 @@ class Run:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Integrated:
-    """A method that leaves the error.
+    """A method whose error resembles the file's.
 
     Attributes
     ----------
     cause : NumericalMethod
     off : tuple of mapping of str to ndarray
-        The columns of each run, less the right ones [SI].
+        Errors of the columns with this method, for each run [SI].
     """
 
     cause: NumericalMethod
@@ -153,19 +154,19 @@ class Integrated:
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """A method whose error, times a factor, is nearest to a file's.
+    """The error of a method, scaled to fit the file's error.
 
     Attributes
     ----------
     method : FixedStep
     steps, rows
-        So many steps are made over so many carried rows.
+        The method makes `steps` steps per `rows` propagation rows.
     factor
-        Zero if none is.
+        Factor of the error; zero if no factor fits.
     gain
-        By so much the error falls with it.
+        Factor by which the file's error falls if the scaled error is subtracted.
     step
-        That makes an error larger by the factor [s].
+        Step with which the method makes the scaled error [s].
     """
 
     method: FixedStep
@@ -177,12 +178,12 @@ class _Fit:
 
 
 def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
-    """Yield methods that leave the errors of all runs, with their steps.
+    """Yield methods, with their steps, whose errors resemble those of all runs.
 
     Raises
     ------
     BudgetSpentError
-        The time is spent.
+        The time limit is reached.
     """
     first = []
     for method in METHODS:
@@ -193,7 +194,7 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     for fit in found:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
-        # No program takes steps between which its rows lie.
+        # Skip steps that do not fit the rows: no program interpolates its rows in this way.
         if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method
@@ -207,19 +208,22 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
 
 
 def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:
-    """Those that are of some step, the likeliest first."""
+    """The fits with a positive factor, best first."""
     return sorted((x for x in fits if x.factor > 0.0), key=lambda x: -x.gain)
 
 
 def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
-    """How many steps are nearest to one over how many carried rows; one of both is one."""
+    """Numbers of steps and of propagation rows that take about the same time.
+
+    One of both numbers is 1; `step` is the length of a step [s].
+    """
     apart = run.carried.spacing / step
     steps, rows = (min(max(round(x), 1), _MOST_STEPS) for x in (apart, 1.0 / apart))
     return steps, rows
 
 
 def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns, ...]:
-    """What the method leaves that is run from the start, by name [SI]; empty if that is long."""
+    """Errors of a method that is run from the start [SI]; empty if the run takes too long."""
     starts = [run.start() for run in runs]
     equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
     count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - TOLERANCE)
@@ -230,7 +234,7 @@ def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns,
 
 
 def _left(runs: Sequence[Run], off: Sequence[Columns]) -> float:
-    """Mean of the logarithms of what such differences leave of the errors."""
+    """Mean logarithm of the file's errors that remain after the method's are subtracted."""
     logs = [
         log(max(rms(written - made[name]) / run.sizes[name], run.floors[name]))
         for run, made in zip(runs, off, strict=True)
@@ -240,7 +244,7 @@ def _left(runs: Sequence[Run], off: Sequence[Columns]) -> float:
 
 
 def _fit(runs: Sequence[Run], method: FixedStep, steps: int, rows: int) -> _Fit:
-    """The multiple of a method's error that leaves least."""
+    """Fit a multiple of a method's error to the file's error."""
     errors, terms, floors = [], [], []
     for run in runs:
         off = run.terms(method, steps, rows)
@@ -248,7 +252,7 @@ def _fit(runs: Sequence[Run], method: FixedStep, steps: int, rows: int) -> _Fit:
             errors.append(written / run.sizes[name])
             terms.append(off[name] / run.sizes[name])
             floors.append(run.floors[name])
-    # Of a method that blows up squares overflow.
+    # If a method blows up, the squares of its errors overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         made = blocks(errors, [t[:, None] for t in terms], floors)
     if not np.isfinite(made.products).all():

@@ -1,4 +1,4 @@
-"""Numerical causes, where no mistake of the model explains a file: what its error looks like."""
+"""Numerical causes: the shape of the error, if no mistake of the model explains a file."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -33,19 +33,22 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
-# Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
-# ones is below 2e-4, with loose ones above 5e-3.
-_SMALLEST_TOLD = 1e-4
-_NOISE = 2e-3
-# Correlation one and two rows on, of what alternates.
+# Smallest fraction of noise in an error that counts at all, and that counts as noise of iterations.
+# With Exudyn the fraction is below 2e-4 if the tolerance of iterations is tight, and above 5e-3 if
+# it is loose.
+_LEAST_NOISE = 1e-4
+_ITERATION_NOISE = 2e-3
+# Minimum correlation of the fourth differences of an alternating error: negative one row apart,
+# positive two rows apart.
 _ALTERNATING_PART = 0.95
-# More than this part of the error is noise where all of it jumps.
+# An error is noise as a whole if noise is more than this fraction of it.
 _PART_OF_ROWS_ROUGH = 0.3
-_FIFTHS = 5
+# Number of parts of a run; the noise of the run is the median of the noise of its parts.
+_PARTS_OF_RUN = 5
 
 
 class _Rough(NamedTuple):
-    """What jumps in a column's error, in parts of the error and of the column's scale."""
+    """The noise in a column's error, relative to the error and to the column's scale."""
 
     part: float
     size: float
@@ -65,45 +68,46 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     if worst < ROUNDING:
         return (ErrorOfRounding(worst),)
     single = next(single_precision(report), None)
-    # Single precision was seen to leave 1e-5 of a run with steps of 0.01 s, 9e-5 with 0.001 s.
+    # Measured errors of runs in single precision: 1e-5 with steps of 0.01 s, 9e-5 with 0.001 s.
     if single is not None and worst < TOLERANCE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE_KEYS if key not in there)
-    # What is left below this part needs no cause.
+    # A negligible error needs no explanation.
     rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
-        # A multistep method that changes its order jumps, too, and iterates as it should.
+        # The error of a multistep method that changes its order also jumps, without iterations.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
-        # As an integrator's error may be, too.
+        # All of this may also be the error of an integrator.
         found = (*found, SmoothError(missing))
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
 
 def described(report: Report) -> tuple[Evidence, ...]:
-    """What the file shows of forces by itself: it rests on no search."""
+    """Return the evidence of forces that needs no simulation: first rows and energy."""
     return (*beginnings(report), *of_energy(report))
 
 
 def _size(c: ColumnScore) -> float:
-    """What a column of a bicycle that has not fallen stays below, or the scale if that is more.
+    """Size that a column does not exceed unless the motion blows up.
 
-    An angle or rate of a maneuver that hardly turns may well be off by many times its scale.
+    It is the scale, or 1 rad or 1 rad/s if that is more: in a maneuver with small angles and rates
+    the error may be many times the scale.
     """
     return max(c.scale, 1.0) if c.unit in ("rad", "rad s-1") else c.scale
 
 
 def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:
-    """Yield what an error shows that jumps from row to row: iterations, or noise."""
+    """Yield the evidence of an error that jumps from row to row: noise, ringing or iterations."""
     found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.shape.at_one < MEANINGLESS_ERROR and r.part > _SMALLEST_TOLD
+        if r is not None and r.shape.at_one < MEANINGLESS_ERROR and r.part > _LEAST_NOISE
     }
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}
@@ -116,7 +120,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         yield StepRinging(tuple(ringing))
     elif 2 * len(in_rates) > len(numbers):
         yield IterationNoise(tuple(in_rates))
-    # A multistep method that changes its order jumps, too, by less than its error.
+    # The error of a multistep method that changes its order also jumps, but less than `TOLERANCE`.
     elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
@@ -125,9 +129,10 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
     """True if both rates of a maneuver jump, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
-        if rate is None or rate.shape.at_one >= 0 or rate.part < _NOISE:
+        if rate is None or rate.shape.at_one >= 0 or rate.part < _ITERATION_NOISE:
             return False
-        # Noise of velocities hardly shows in the angles, their integrals; that of output does.
+        # Noise of velocities hardly shows in the angles, which are their integrals. Noise of the
+        # output does.
         if angle is not None and rate.part < CLEARLY * angle.part:
             return False
     return True
@@ -145,7 +150,7 @@ def _roughness(c: ColumnScore) -> _Rough | None:
     """Return the roughness of a column's error; None if it is not above the digits written."""
     if c.values < FEWEST_ROWS:
         return None
-    found = roughness(c.trace.error, _FIFTHS)
+    found = roughness(c.trace.error, _PARTS_OF_RUN)
     spread = float(np.std(c.trace.error))
     if found.size <= CLEARLY * (c.floor or 0.0) or not spread:
         return None

@@ -1,16 +1,17 @@
-"""Odds of causes: one likelihood for causes of every kind.
+"""Odds of causes: one likelihood for causes of every kind, and the thresholds of the diagnosis.
 
-What a cause leaves of a file's error is an error of unknown size: that of an integrator, and the
-digits written. If it may have any size (a prior of 1 / size), and is worth n independent values in
-each maneuver, the likelihood of a cause is size^-n there, and the odds of two causes are
+A cause leaves a part of a file's error: the error of an integrator, and rounding to the digits
+written. The size of this remaining error is unknown. If its prior is 1 / size, and the error has n
+independent values in each maneuver, the likelihood of a cause is size^-n there. The odds of two
+causes are
 
-    product over the maneuvers of (what one leaves / what the other leaves)^n,
+    product over the maneuvers of (error left by one / error left by the other)^n,
 
-each a geometric mean over the columns in which the two differ, times the odds before the file is
-looked at: "none of these" is the likeliest before, one of the many mistakes of the library less so,
-and each value that is fitted costs more, as it always explains something. The same holds for what
-is left of the equations of motion along the file's own motion: there the equations take the place
-of the columns.
+times their prior odds. Each factor is a geometric mean over the columns in which the two causes
+differ. Before the file is examined, "none of these" is the likeliest. A mistake of the library is
+less likely, because there are many, and each fitted value costs more, because it always explains
+something. The same holds for the residual of the equations along the file's own motion, with
+equations instead of columns.
 """
 
 from __future__ import annotations
@@ -20,93 +21,112 @@ from dataclasses import dataclass
 from math import log
 
 Place = tuple[int, str]
-"""A maneuver's number, and a column's key or the name of an equation."""
+"""Number of a maneuver, and key of a column or name of an equation."""
 
 TINY = 1e-16
-"""Errors below this part of a scale are as good as zero: a thousandth of roundoff."""
+"""Smaller errors, relative to the scale, count as zero: a thousandth of the roundoff."""
 
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """Thresholds, limits and prior odds of the diagnosis, each with its experiment.
+    """Limits and priors of the diagnosis, each with its experiment behind its value.
+
+    Logarithms are natural.
 
     Attributes
     ----------
-    values
-        Independent values in the error of a maneuver. Errors of correct programs resemble some
-        mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
-        one of some hundred mistakes should.
-    fitted
-        Logarithm of the odds against a value that is fitted being where it is found, to some 1e-5
-        of its range: one value of a start explains errors of correct programs by up to 9, three by
-        30.
-    further
-        The same against there being a further cause.
+    independent_values
+        Number of independent values in the error of a maneuver. In one maneuver the error of a
+        correct program resembles some mistake of the library by up to a factor of 7. These are odds
+        of 400 to 1, as expected for the best of some hundred mistakes.
+    value_cost
+        Log odds against a fitted value, which is found to about 1e-5 of its range. One initial
+        value explains errors of correct programs by factors up to 9, three by factors up to 30.
+    further_cause_cost
+        Log odds against a further cause.
     report_log_odds
-        Logarithm of the odds from which a cause is said, and from which two are told apart.
+        Log odds above which a cause is reported, and above which two causes count as
+        distinguishable.
     drop_log_odds
-        ... and from which one is not even said to be less likely.
-    explains
-        By so much the error must fall: what leaves more is a direction, no explanation.
-    nearly
-        By so much it must fall for a direction to be named: of a fork 1 cm to the side the term to
-        first order leaves a hundredth; of tyres 2 cm wide, which no force explains, the best one
-        leaves an eighth.
+        Log odds against a cause, relative to the best, above which it is not listed at all.
+    explained_factor
+        Factor by which the error must fall for a cause to count as an explanation. Below it, the
+        cause is a direction only.
+    direction_factor
+        Factor by which the residual must fall for a direction to be reported. For a fork 1 cm off
+        the plane of symmetry, the first-order term leaves a hundredth. For tyres 2 cm wide, which
+        no force explains, the best force leaves an eighth.
     max_far_off
-        What leaves more than this part of the columns off by half their scale explains no file.
+        Largest fraction of the columns that a cause may leave off by over half their scale.
     negligible_error
-        What is left below this part needs no other cause.
+        Remaining error, relative to the scale, that needs no further cause.
     max_answers
-        Causes, or classes of them that cannot be told apart, that are worth a sentence; single
-        causes that are tried with others by whole runs; and values that are found together.
+        Number of classes of causes, and of causes in a class, that are reported.
+    max_leaders
+        Number of single causes that are tried in pairs by whole runs.
+    max_values
+        Number of values that are fitted together.
     max_pairs
-        Pairs of mistakes of the library that are simulated, and mistakes of the start: one that is
-        made comes far nearer to the file's own start, but for what follows within the first rows.
-        Of values that are found, so many are refined, half as many pairs, and a third of triples.
+        Number of pairs of mistakes of the library that are judged.
+    max_unseen
+        Number of single mistakes that are simulated because of the equations if the file does not
+        show its motion.
+    max_starts
+        Number of mistakes of the initial conditions that are simulated. A mistake that was made is
+        far nearer to the file's own start than the given one.
+    max_subsets
+        Number of single values that are refined; half as many pairs, and a third of triples.
     max_simulated
-        Mistakes of the library that are simulated where the equations do not speak against them.
-    refined
-        Fitted values that the equations speak for, and that are found by whole runs.
-    rivals
-        Causes that are tried together: of each one with each of the library in the equations, and
-        of the very best by whole runs where the file does not show its motion; and sets of unknowns
-        that are tried with one more.
+        Number of mistakes of the library that are simulated.
+    max_refined
+        Number of fits to the equations that are refined by whole runs.
+    max_partners
+        Number of causes that the best ones are paired with by whole runs if the file does not show
+        its motion; and number of subsets of unknowns that are tried with one more.
     min_pair_gain
-        Two mistakes that explain so many times more than each of them are compared: whole runs
-        tell more of a small one beside a large one.
-    promise
-        To first order a large change explains little: this power of its relief is hoped for, of
-        accelerations, and of whole runs, whose first quarter counts by itself.
+        Improvement factor over each of its mistakes alone that a pair must reach in the equations.
+        It is small, because whole runs show more of a small mistake besides a large one.
+    residual_exponent, run_exponent
+        Exponent of the gain to first order that gives the gain expected of a large change: in the
+        equations, and in whole runs, whose first quarter counts separately.
     force_ratio
-        The best cause leaves of the equations so many times what the rates are off from the slopes
-        of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
-        solves for the rates), in those of engines that slip and yield up to 662.
-    shows
-        The equations are judged where what remains is so many times what is uncertain, or that is
-        less than such a part of the accelerations.
-    sure
-        A value of the start is another one if it is off by so many times what the rows disagree.
+        Ratio of the residual that the best cause leaves to the difference between the rates and the
+        slopes of the angles, above which a force is missing. Files of correct programs reach 152
+        (IDA, which solves for the rates), those of engines that slip and yield 662.
+    visible_ratio, visible_fraction
+        The equations are judged if the residual is this many times its uncertainty, or if the
+        uncertainty is below this fraction of the accelerations.
+    start_scatter_factor
+        An initial value differs from the given one if it is off by this many times the scatter of
+        the rows.
     """
 
-    values: float = 6.0
-    fitted: float = 10.8
-    further: float = log(100.0)
+    independent_values: float = 6.0
+    value_cost: float = 10.8
+    further_cause_cost: float = log(100.0)
     report_log_odds: float = log(1000.0)
     drop_log_odds: float = log(1e9)
-    explains: float = 5.0
-    nearly: float = 30.0
+    explained_factor: float = 5.0
+    direction_factor: float = 30.0
     max_far_off: float = 0.25
     negligible_error: float = 1e-8
     max_answers: int = 3
+    max_leaders: int = 3
+    max_values: int = 3
     max_pairs: int = 6
+    max_unseen: int = 6
+    max_starts: int = 6
+    max_subsets: int = 6
     max_simulated: int = 20
-    refined: int = 2
-    rivals: int = 12
+    max_refined: int = 2
+    max_partners: int = 12
     min_pair_gain: float = 1.05
-    promise: tuple[float, float] = (4.0, 2.0)
+    residual_exponent: float = 4.0
+    run_exponent: float = 2.0
     force_ratio: float = 1000.0
-    shows: tuple[float, float] = (30.0, 1e-5)
-    sure: float = 3.0
+    visible_ratio: float = 30.0
+    visible_fraction: float = 1e-5
+    start_scatter_factor: float = 3.0
 
 
 THRESHOLDS = Thresholds()
@@ -115,17 +135,17 @@ THRESHOLDS = Thresholds()
 def log_ratio(
     one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
 ) -> float:
-    """Logarithm of the odds of two explanations by what each leaves, where they differ."""
+    """Return the log odds of two explanations, from the errors that they leave at some places."""
     found = 0.0
     for number in {n for n, _ in places}:
         found += fall(one, other, [k for k in places if k[0] == number])
-    return THRESHOLDS.values * found
+    return THRESHOLDS.independent_values * found
 
 
 def fall(
     one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
 ) -> float:
-    """Mean logarithm of the factor from one explanation's errors to the other's."""
+    """Return the mean logarithm of the ratio of the errors that two explanations leave."""
     tiny = TINY
     logs = [log(max(one[k], tiny) / max(other[k], tiny)) for k in places]
     return sum(logs) / len(logs) if logs else 0.0

@@ -1,8 +1,8 @@
-"""The loop of a diagnosis: each source is asked once, and what it sees is undone for the next.
+"""The loop of a diagnosis: each source looks once, and its fault is undone before the next looks.
 
-What is seen in the rows is the cause as far as it explains. It is undone, and the rows that remain
-are diagnosed as those of any file: by the sources that follow, and at last by the search among
-motions. So a mistake of the model is found in a file that also has a column of differences.
+A fault that a source finds in the rows is reported as a cause and undone. The corrected rows are
+diagnosed like any file: by the next sources, and at last by the search among simulated motions. So
+a mistake of the model is also found in a file with, for example, a rate computed by differences.
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ class Answer:
     curves : tuple of Curve
         The errors that this cause leaves.
     is_whole
-        False if the time was spent before every cause was tried.
+        False if the time limit was reached before every cause was tried.
     edit : ColumnRatio or None
-        An offset or a ratio of a column that is to be undone first.
+        An offset or a ratio of a column that must be undone before the diagnosis continues.
     """
 
     report: Report
@@ -88,16 +88,16 @@ class Pursuit:
         The score of the file as it was read.
     reference : Reference
     progress : callable
-        Called with the part of the work that is done, 0 to 1.
+        Called with the fraction of the work that is done, 0 to 1.
     deadline : Deadline
     view : Report
-        The score of the rows with everything undone that was seen so far.
+        The score of the corrected rows: all faults found so far are undone.
     seen : list of Evidence
-        Evidence of what was undone, in this order.
+        Evidence of the faults that were undone, in this order.
     explained : set of str
-        Keys of columns of unknown definition whose error a cause explains.
+        Keys of columns with an unknown definition whose error a cause explains.
     asks_for_edit
-        False once such an edit was found, see `explain`.
+        False after an edit was found, see `explain`.
     answer : Answer or None
         The end of the diagnosis, once it is reached.
     """
@@ -116,11 +116,11 @@ class Pursuit:
         self.view = self.root
 
     def undo(self, undone: Undone) -> None:
-        """Continue with the rows in which something was undone.
+        """Continue with the rows in which a fault was undone.
 
         The diagnosis ends if these rows are right, or their error is far smaller than before. It
-        also ends if a known mistake of the output leaves no error. That mistake is reported instead
-        of a ratio, a clock of all maneuvers, or a column that is in the place of another in all
+        also ends if a known mistake of the output leaves no error. That mistake is then reported
+        instead of a ratio, of one clock for all maneuvers, or of columns that are exchanged in all
         maneuvers.
         """
         # A maneuver whose columns were all left out cannot be compared.
@@ -148,10 +148,10 @@ class Pursuit:
         return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
 
     def of_motion(self) -> Answer:
-        """Find what explains the current rows by simulating the motions of programs."""
+        """Find the cause of the remaining errors by simulating the motions of programs."""
         report = self.view
         unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
-        # The error of a column with an unknown definition says nothing about the program.
+        # The error of a column with an unknown definition is no evidence about the program.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
         found = self.of_columns(keys)
         if found.edit is not None:
@@ -174,7 +174,7 @@ class Pursuit:
         return replace(found, seen=(*found.seen, *more))
 
     def of_columns(self, keys: Sequence[str], *, only_output: bool = False) -> Answer:
-        """Find what explains these columns; with `only_output` only by mistakes of the output."""
+        """Find the cause of errors in these columns; with `only_output`, only in the output."""
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
@@ -186,10 +186,10 @@ class Pursuit:
         asked = replace(report, maneuvers=maneuvers)
         if is_right(asked):
             return Answer(report, (NothingWrong(),))
-        at_once = visible_faults.shown(asked)
-        if visible_faults.are_departures(at_once, asked):
+        visible = visible_faults.shown(asked)
+        if visible_faults.are_departures(visible, asked):
             # Mistakes of the model or of the initial conditions would show from the start.
-            return Answer(report, at_once)
+            return Answer(report, visible)
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the others are written wrongly.
@@ -200,7 +200,7 @@ class Pursuit:
         )  # fmt: skip
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
-        seen = answers(found, asked, at_once)
+        seen = answers(found, asked, visible)
         # A search that was stopped may have found nothing.
         first = next(iter(seen), None)
         cause = first if found.curves and isinstance(first, _SHOWN) else None
@@ -209,7 +209,7 @@ class Pursuit:
         return Answer(report, seen, cause, found.curves, found.is_whole)
 
     def whole_answer(self, end: Answer) -> Answer:
-        """Combine the last answer with the evidence of what was undone before it."""
+        """Combine the last answer with the evidence of the faults that were undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
         more = (
             x for x in end.seen
@@ -229,9 +229,9 @@ class Pursuit:
 def pursue(
     report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
 ) -> Answer:
-    """Find what explains a report: ask each source once, and undo what it sees.
+    """Find the causes of a report's errors: let each source look once, and undo what it finds.
 
-    If the diagnosis is interrupted, the answer has what was seen until then.
+    If the diagnosis is interrupted, the answer contains the evidence found so far.
     """
     pursuit = Pursuit(report, reference, progress, deadline)
     try:
@@ -242,12 +242,12 @@ def pursue(
 
 
 def _end_of(pursuit: Pursuit) -> Answer:
-    """Ask all sources, and at last search among the motions of programs."""
+    """Let all sources look, and at last search among the motions of programs."""
     for source in SOURCES:
-        with step_log.logged(source) as told:
+        with step_log.logged(source) as log:
             undone = source.look(pursuit.view)
             if undone is not None:
-                told.found = partial("; ".join, map(str, undone.seen))
+                log.found = partial("; ".join, map(str, undone.seen))
         if undone is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:

@@ -1,4 +1,4 @@
-"""The causes that were judged, ranked: those that cannot be told apart are of one class."""
+"""Ranking of causes: causes that the file cannot distinguish are in one class."""
 
 from collections.abc import Sequence
 from math import log
@@ -13,19 +13,24 @@ from heyoka_bike.scoring.ratios import CLEARLY
 def ranked(
     file: FileUnderTest, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
 ) -> tuple[tuple[Hypothesis, ...], ...]:
-    """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
+    """Rank likely hypotheses in classes that the file cannot distinguish.
+
+    The result is empty if the best hypothesis does not explain the file.
+    """
     all_of_them = (*_likelier(file, found), *starts)
     worth = [h for h in all_of_them if h.is_possible and h.log_odds > THRESHOLDS.report_log_odds]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
-        key=lambda h: THRESHOLDS.values * count * log(h.gain) + log_odds_before(h.mistakes),
+        key=lambda h: (
+            THRESHOLDS.independent_values * count * log(h.gain) + log_odds_before(h.mistakes)
+        ),
         reverse=True,
     )
     classes: list[list[Hypothesis]] = []
     for h in worth:
         if classes and (
             file.log_odds(classes[0][0], h) > THRESHOLDS.drop_log_odds
-            # The best with something more says nothing more.
+            # The best hypothesis with a further cause added is not another answer.
             or classes[0][0].parts < h.parts
         ):
             continue
@@ -38,17 +43,18 @@ def ranked(
 
 
 def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
-    """Single mistakes, by their codes."""
+    """Return the hypotheses of a single mistake, by its code."""
     return {h.codes[0]: h for h in found if len(h.mistakes) == 1}
 
 
 def _likelier(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Single mistakes, and pairs that are likelier than each of their mistakes alone."""
+    """Single mistakes, and the pairs that are likelier than each of their mistakes alone."""
     alone = singles_by_code(found)
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
-        # If the pair leaves an error, there is a further cause: each of the two must explain much.
+        # If the pair leaves an error, there is a further cause. Then each of the two must explain
+        # clearly more than nothing.
         least = 1.0 if h.is_exhaustive or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > THRESHOLDS.report_log_odds and h.gain > least * one.gain

@@ -1,8 +1,8 @@
-"""The search for a cause, as a list of steps: each asks one question, and tries causes for it.
+"""The search for a cause, as a list of steps: each step answers one question by trying causes.
 
-The likeliest causes come first. What leaves next to nothing of the file's error ends the search for
-single causes; then pairs are tried, and at last other starts. What was judged when the time is
-spent stays (`budget`).
+The likeliest causes come first. A cause that explains nearly all of the file's error ends the
+search for single causes. Then pairs are tried, and at last other initial conditions. At the time
+limit (`budget`) the causes that were judged so far are the result.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ class Trial(step_log.Step):
     Attributes
     ----------
     is_asked : callable
-        Whether it is worth the time, from what was found before.
+        Returns True if the step is worth its time, given the causes found so far.
     tried : callable
-        The causes that it tries, judged one after the other.
+        Tries the causes; yields each as soon as it is judged.
     is_of_start
-        True if these are other starts, which are compared with the others last.
+        True if the causes are initial conditions, which are ranked after the others.
     """
 
     is_asked: Callable[[Search], bool]
@@ -72,7 +72,7 @@ class Trial(step_log.Step):
 
 @dataclass(eq=False)
 class Search:
-    """What is known of a file, and the causes that were judged.
+    """The state of a search: the file, and the causes that were judged.
 
     Attributes
     ----------
@@ -80,9 +80,10 @@ class Search:
     found : list of Hypothesis
         Single causes and pairs of them, in the order in which they were tried.
     starts : list of Hypothesis
-        Other starts: these leave nothing in the equations, and are compared with the others last.
+        Other initial conditions. They leave no residual in the equations, and are ranked after the
+        others.
     is_thorough
-        True to look on where the equations leave a force that no cause explains.
+        True to continue even if the file shows a force that no single cause explains.
     """
 
     file: FileUnderTest
@@ -92,61 +93,62 @@ class Search:
 
     @property
     def residual(self) -> Residual | None:
-        """What the equations of motion leave of the file's motion, if it shows that."""
+        """Residual of the equations along the file's motion; None if the file does not show it."""
         return self.file.residual
 
     @cached_property
     def by_equations(self) -> tuple[list[Causes], list[Causes]]:
-        """Mistakes that the equations do not speak against, and others where they tell little."""
+        """Mistakes that agree with the equations, and mistakes that these hardly show."""
         return ([], []) if self.residual is None else _of_equations(self.residual)
 
     @property
     def is_over(self) -> bool:
-        """True if no single cause that is tried later could take the place of one found."""
+        """True if no single cause that is tried later could replace one that was found."""
         return any(ends_search(h, self.residual) for h in (*self.found, *self.starts))
 
     @property
     def best(self) -> Hypothesis | None:
-        """The likeliest cause until now; None if none is likelier than none."""
+        """The likeliest cause so far; None if no cause is likely."""
         likely = [h for h in (*self.found, *self.starts) if h.is_possible and h.log_odds > 0.0]
         return max(likely, key=lambda h: h.log_odds, default=None)
 
     @property
     def stops_at_unknown_force(self) -> bool:
-        """True if the equations leave a force, nothing explains any of it, and that is said."""
+        """True if the file shows a force that no cause explains, and the search is not thorough."""
         seen = self.residual
         is_left = seen is not None and shows_equations(seen) and seen.is_open
         return is_left and self.best is None and not self.is_thorough
 
     @property
     def ends_early(self) -> bool:
-        """True if it ends at a force, or the file is right to six digits.
+        """True if the search skips the long steps.
 
-        A mistake of the model hardly leaves so little: the equations, integrators and what is
-        written are looked at, which takes little time.
+        It does so at an unknown force, or if the file is right to six digits: a mistake of the
+        model hardly makes so small an error. The short steps remain: the equations, integrators and
+        the output.
         """
         error = max(self.file.right.after.values(), default=1.0)
         is_near = has_right_digits(error) and not self.is_thorough
         return is_near or self.stops_at_unknown_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
-        """Try the causes of each step that is asked.
+        """Carry out the steps that are worth their time.
 
         Raises
         ------
         BudgetSpentError
-            The time is spent; what was judged until then has been kept.
+            The time limit is reached; `found` and `starts` contain the causes judged so far.
         """
         for i, step in enumerate(steps):
             if step.is_asked(self):
                 kept = self.starts if step.is_of_start else self.found
-                with step_log.logged(step) as told:
-                    told.found = partial(self._in_words, self.file.tried)
+                with step_log.logged(step) as log:
+                    log.found = partial(self._in_words, self.file.tried)
                     kept.extend(step.tried(self))
             progress((i + 1) / len(steps))
 
     def _in_words(self, before: int) -> str:
-        """How many were tried since so many had been, and what is the likeliest now."""
+        """Number of causes tried since there were `before`, and the likeliest cause so far."""
         return f"{self.file.tried - before} tried; {step_log.in_words(self.best)}"
 
 
@@ -156,12 +158,12 @@ def _is_open(search: Search) -> bool:
 
 
 def _goes_on(search: Search) -> bool:
-    """... and whole runs are worth their time."""
+    """True if a single cause may still be found, and whole runs are worth their time."""
     return _is_open(search) and not search.ends_early
 
 
 def _may_be_an_integrator(search: Search) -> bool:
-    """True if nothing explains the error, which is small, and no force is left."""
+    """True if the error is small and not explained, and the file shows no force."""
     seen, file = search.residual, search.file
     is_small = max(file.right.after.values(), default=1.0) < MEANINGLESS_ERROR
     has_force = seen is not None and (seen.is_open or seen.visibility is Visibility.NOTHING)
@@ -173,7 +175,7 @@ def _are_linear(search: Search) -> Iterable[Hypothesis]:
 
 
 def _by_equations(search: Search) -> Iterator[Hypothesis]:
-    """Mistakes and values that the equations of motion speak for."""
+    """Judge the mistakes and fitted values that reduce the residual of the equations."""
     assert search.residual is not None
     found = []
     for h in search.file.judged(search.by_equations[0]):
@@ -188,10 +190,10 @@ def _by_equations(search: Search) -> Iterator[Hypothesis]:
 def _beside_known(
     file: FileUnderTest, residual: Residual, best: Hypothesis
 ) -> Iterator[Hypothesis]:
-    """Values that leave as little of the equations as a mistake of the library that leaves some.
+    """Judge values that reduce the residual as much as a known mistake that leaves some error.
 
-    Whole runs tell which of them it is: an axial inertia as small as the diametral one is nearly a
-    gyroscopic moment that is missing.
+    Whole runs show which of them is the cause. For example, an axial inertia as small as the
+    diametral one has nearly the effect of a missing gyroscopic moment.
     """
     same = differences(apply(file.program, best.mistakes), file.program)
     for h in residual.as_good_as_known:
@@ -200,12 +202,12 @@ def _beside_known(
 
 
 def _unresolved(search: Search) -> Iterable[Hypothesis]:
-    """Mistakes that rows which are noisy or few neither show nor refute."""
+    """Judge mistakes that noisy or few rows neither show nor exclude."""
     return search.file.judged(search.by_equations[1])
 
 
 def _by_output(search: Search) -> Iterable[Hypothesis]:
-    """Mistakes of the start, of what is written and of the clock."""
+    """Judge mistakes of the initial conditions, of the output and of the clock."""
     file = search.file
     beside = (*LINEAR_PROGRAMS, *_written(file), *_clock(file.residual))
     return file.judged((m,) for m in (*_starts(file), *beside))
@@ -216,7 +218,7 @@ def _only_written(search: Search) -> Iterable[Hypothesis]:
 
 
 def _written(file: FileUnderTest) -> list[Mistake]:
-    """Mistakes of what is written by a program that is right."""
+    """Mistakes of the output of a correct program."""
     return [*file.of_kind("output"), *file.order_beside(file.right)]
 
 
@@ -233,7 +235,7 @@ def _equations_are_not_enough(search: Search) -> bool:
     seen = search.residual
     if seen is None:
         return True
-    # A force that no cause explains in the equations is explained by no value of whole runs.
+    # If no cause explains a force in the equations, no value fitted to whole runs does.
     is_seen = seen.visibility is not Visibility.NOTHING
     return is_seen and not (seen.is_open or _tells_all(seen))
 
@@ -243,7 +245,7 @@ def _asks_whole_runs(search: Search) -> bool:
 
 
 def _shows_another_start(search: Search) -> bool:
-    """True if the file's motion meets the equations, and its rows lead back to another start."""
+    """True if the motion satisfies the equations, but from other initial conditions."""
     seen = search.residual
     if seen is None or seen.visibility < Visibility.EQUATIONS_PARTLY or search.is_over:
         return False
@@ -251,7 +253,7 @@ def _shows_another_start(search: Search) -> bool:
 
 
 def _may_be_another_start(search: Search) -> bool:
-    """True if nothing explains most, and no method of integration explains what remains."""
+    """True if no cause explains most of the error, and no integrator the residual."""
     seen = search.residual
     if seen is None or seen.methods or search.starts or search.ends_early:
         return False
@@ -260,47 +262,47 @@ def _may_be_another_start(search: Search) -> bool:
 
 
 def _tells_all(residual: Residual) -> bool:
-    """True if the equations tell of every value, also of those that change the speed first."""
+    """True if the equations show every value, including those that mainly change the speed."""
     return residual.visibility >= Visibility.EQUATIONS_PARTLY and residual.equations == EQUATIONS
 
 
 def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
-    """Mistakes that the equations do not speak against, and others where they tell little.
+    """Mistakes that agree with the equations, and mistakes that these hardly show.
 
-    Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
+    The second list is for whole runs, which show more than noisy or few rows do.
     """
-    w, likeliest = THRESHOLDS, sorted(residual.known, key=lambda h: -h.log_odds)
-    least = residual.log_odds - w.drop_log_odds
+    limits, likeliest = THRESHOLDS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - limits.drop_log_odds
     singles = [h for h in likeliest if len(h.mistakes) == 1]
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
-    # What changes next to nothing of the equations is neither shown by them nor refuted.
-    relief = 1.0 / w.min_pair_gain if residual.is_resolved else 0.0
-    most = w.max_pairs if residual.visibility is Visibility.NOTHING else w.max_simulated
+    # A mistake that hardly changes the equations is neither shown nor excluded by them.
+    relief = 1.0 / limits.min_pair_gain if residual.is_resolved else 0.0
+    most = limits.max_unseen if residual.visibility is Visibility.NOTHING else limits.max_simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.max_simulated]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: limits.max_simulated]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
-    return [h.mistakes for h in (*likely, *pairs[: w.max_pairs])], [h.mistakes for h in others]
+    return [h.mistakes for h in (*likely, *pairs[: limits.max_pairs])], [h.mistakes for h in others]
 
 
 def _values(file: FileUnderTest, residual: Residual) -> Iterator[Hypothesis]:
-    """Values of parameters and forces that the equations speak for, as whole runs show them."""
+    """Judge likely values of parameters and forces, fitted to the equations and to whole runs."""
     least = max(residual.log_odds - THRESHOLDS.drop_log_odds, 0.0)
-    likely = [h for h in residual.fitted if h.log_odds > least][: THRESHOLDS.refined]
+    likely = [h for h in residual.fitted if h.log_odds > least][: THRESHOLDS.max_refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
-        # A likely value with a small relief is kept too: rows far apart show less than whole runs.
+        # Keep likely values with a small relief: whole runs show more than rows far apart.
         likely = [
             h
             for h in likely
-            if h.relief > THRESHOLDS.explains or h.log_odds > THRESHOLDS.report_log_odds
+            if h.relief > THRESHOLDS.explained_factor or h.log_odds > THRESHOLDS.report_log_odds
         ]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
-        # Where a force is left, or no motion is seen, no values are those of the file.
+        # A force remains, or no motion is visible, so refining the values would be useless.
         yield from file.judged(h.mistakes for h in likely)
         return
-    # Whole runs show a small value beside a large one, and another start.
+    # Whole runs also show a small value besides a large one, and other initial conditions.
     names = [*PARAMETERS, *_names_of_starts(file)]
     if likely:
         yield from _fitted(file, names, [h.mistakes[0] for h in likely])
@@ -311,16 +313,17 @@ def _names_of_starts(file: FileUnderTest) -> list[str]:
 
 
 def _of_whole_runs(file: FileUnderTest, counts: Collection[int]) -> Iterator[Hypothesis]:
-    """So many values of parameters, forces and starts that whole runs speak for.
+    """Judge values of parameters, forces and initial conditions, fitted to whole runs.
 
-    And mistakes of these.
+    `counts` lists how many values are fitted together. Mistakes of the library that change the same
+    values are judged, too.
     """
     starts = _names_of_starts(file)
-    # What the equations of roll and steer show they have shown.
+    # The equations of roll and steer have already shown the values on which they depend.
     seen = file.residual
     names = [*UNKNOWNS, *starts]
     if seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open:
-        # Values that change the speed, and those that these equations favour without proving them.
+        # Try values that mainly change the speed, and values that these equations only suggest.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
@@ -337,14 +340,14 @@ def _fitted(
     maneuver: int | None = None,
     counts: Collection[int] = COUNTS,
 ) -> tuple[Hypothesis, ...]:
-    """The fewest of some values that explain whole runs, of one maneuver or all.
+    """Fit as few of the named values as explain whole runs of one maneuver, or of all.
 
-    Or values that are `begun` with, and others beside them.
+    Values in `begun` are included first, and other values are added to them.
     """
     return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
         names,
         lambda m: file.judged([(m,)]),
-        # Each of several values lets the error fall by far.
+        # Each of several values must reduce the error by the factor `BY_FAR`.
         lambda h: h.is_exhaustive or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
         counts=counts,
@@ -352,7 +355,7 @@ def _fitted(
 
 
 def _starts(file: FileUnderTest) -> list[Mistake]:
-    """Mistakes of the start that may be; all of them where the file does not show its start."""
+    """Possible mistakes of the initial conditions; all of them if the file does not show these."""
     every = len(file.right.expected)
     seen = file.residual
     if seen is None or sum(m.has_beginning for m in seen.motions) < every:
@@ -363,8 +366,9 @@ def _starts(file: FileUnderTest) -> list[Mistake]:
 def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
     """Pairs of mistakes that are worth a simulation.
 
-    The best single ones are tried with those of the output, the very best with those of the start;
-    and where the equations do not tell which mistakes of the model there are, with these.
+    The best single mistakes are paired with mistakes of the output, and the very best also with
+    mistakes of the initial conditions. If the equations do not show the mistakes of the model,
+    these are paired, too.
     """
     alone = singles_by_code(found)
     likeliest = sorted(
@@ -374,9 +378,9 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
     leaders = [
         h for h in likeliest if h.log_odds > likeliest[0].log_odds - THRESHOLDS.drop_log_odds
     ]
-    leaders = leaders[: THRESHOLDS.max_answers]
+    leaders = leaders[: THRESHOLDS.max_leaders]
     if file.has_one_speed:
-        # What linear programs have in common.
+        # A linear program may contain another mistake.
         leaders += [h for h in likeliest if h.codes == (LINEARISED_CODE,) and h not in leaders]
     asked: list[Causes] = []
     for leader in [] if any(h.is_exhaustive for h in found) else leaders:
@@ -387,7 +391,7 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
         elif not shows_equations(file.residual):
-            others += [h.mistakes[0] for h in likeliest[: THRESHOLDS.rivals]]
+            others += [h.mistakes[0] for h in likeliest[: THRESHOLDS.max_partners]]
         asked += _with_others(first, others)
     return asked
 
@@ -399,9 +403,9 @@ def _with_others(first: Cause, others: Iterable[Cause]) -> list[Causes]:
 
 
 def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
-    """Starts that whole runs speak for: that of each maneuver must be likely by itself.
+    """Fit the initial conditions of each maneuver to whole runs; each must be likely by itself.
 
-    They begin where the file's own rows lead back to.
+    The fit begins with the initial conditions to which the file's own rows lead back.
     """
     found: list[Hypothesis] = []
     seen = {
@@ -409,7 +413,7 @@ def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
     }
     for n in file.maneuvers:
         values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
-        # The other maneuvers may be as far off as before.
+        # Only the fitted maneuver counts: the error of the others does not change.
         found += [
             h
             for h in values
@@ -420,12 +424,12 @@ def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
 
 
 def _clock(residual: Residual | None) -> list[OtherScale]:
-    """Times on another scale, if they explain what remains of the equations."""
+    """Scales of the times that explain the residual of the equations."""
     scales = [m.step for m in (residual.methods if residual else ()) if m.says == CLOCK]
     return [
         fitted_scale(
             "time_scaled",
-            f"the times written are {1 / (1 + x):.6g} times those meant",
+            f"the times written are {1 / (1 + x):.6g} times the correct times",
             "the step size and the times of the rows",
             1 + x,
         )
@@ -436,7 +440,7 @@ def _clock(residual: Residual | None) -> list[OtherScale]:
 SEARCH = (
     Trial(
         "linear",
-        "are these the linear equations, at one speed?",
+        "are these motions of the linear equations, at one speed?",
         lambda search: search.file.has_one_speed,
         _are_linear,
     ),
@@ -448,25 +452,25 @@ SEARCH = (
     ),
     Trial(
         "unresolved",
-        "which mistake do they neither show nor refute?",
+        "which mistake do the equations neither show nor exclude?",
         lambda search: _is_open(search) and search.residual is not None,
         _unresolved,
     ),
     Trial(
         "integrator",
-        "which integrator, run here, leaves the file's error?",
+        "which integrator makes the file's error if it is run here?",
         _may_be_an_integrator,
         lambda search: search.file.by_integrators(),
     ),
     Trial(
         "start and output",
-        "which start, clock or column is written?",
+        "which initial conditions, clock or column are wrong?",
         _is_open,
         _by_output,
     ),
     Trial(
         "start",
-        "is each maneuver the right motion of the start that its first rows show?",
+        "is each maneuver the exact motion from the initial conditions in its first rows?",
         _shows_another_start,
         lambda search: _of_start(search.file),
         is_of_start=True,
@@ -491,13 +495,13 @@ SEARCH = (
     ),
     Trial(
         "together",
-        "which two explain more than each of them?",
+        "which two mistakes explain more than each of them alone?",
         lambda search: not search.ends_early,
         lambda search: search.file.judged(_pairs(search.file, [*search.found, *search.starts])),
     ),
     Trial(
         "starts",
-        "is each maneuver the right motion of another start?",
+        "is each maneuver the exact motion from other initial conditions?",
         _may_be_another_start,
         lambda search: _of_start(search.file),
         is_of_start=True,
@@ -505,5 +509,5 @@ SEARCH = (
 )
 """The steps of a search."""
 
-OF_WHAT_IS_WRITTEN = (Trial("output", "which column is written?", lambda _: True, _only_written),)
-"""The step of a search for mistakes of what is written only."""
+OF_WHAT_IS_WRITTEN = (Trial("output", "which column is wrong?", lambda _: True, _only_written),)
+"""The only step of a search for mistakes of the output."""

@@ -43,16 +43,16 @@ _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
 ]
-# The beginning of a run is at least so long [s]: a few times as long as the slower of the decays of
-# the upright bicycle take at the start.
+# Minimum duration of the beginning of a run [s]: a few time constants of the slower decaying mode
+# of the upright bicycle at the start.
 _BEGINNING = 1.0
-# Programs that are simulated together: as many as a processor's cache and the memory hold.
+# Number of programs that are simulated together, limited by the processor's cache and the memory.
 _PROGRAMS_AT_ONCE = 32
 
-_EDITED = step_log.Step("edited", "which zero or ratio of a column is beside a wrong value?")
+_EDITED = step_log.Step("edited", "is a column also offset or scaled, besides a wrong value?")
 
 Expected = Sequence[Columns]
-"""Of each part, columns by name at the rows that are compared."""
+"""For each part of the file, the columns of a program by name, at the rows that are compared."""
 
 
 class _SeenPart:
@@ -62,15 +62,16 @@ class _SeenPart:
     ----------
     part : Part
     time : ndarray, shape (n,)
-        Of the rows that are simulated [s].
+        Times of the rows that are simulated [s].
     step
-        The usual distance of all rows [s].
+        Median distance of all rows [s].
     pick, compared : ndarray of int, shape (m,)
-        The rows that are compared: among those that are simulated, and among all.
+        Indices of the rows that are compared: in the simulated rows, and in all rows.
     names : list of str
-        The columns that are compared.
+        Names of the columns that are compared.
     of_motion : list of str
-        Keys of the file's columns that values are fitted to: those of the state, if it has any.
+        Keys of the columns to which values are fitted: the columns of the state, or all columns if
+        the file has none of these.
     """
 
     def __init__(self, part: Part) -> None:
@@ -84,13 +85,13 @@ class _SeenPart:
         self.of_motion = [key for key in there if key in STATE_KEYS] or there
 
     def right(self) -> Columns:
-        """Columns of the right motion."""
+        """Return the columns of the exact motion."""
         return self.part.reference.approximate(self.time[self.pick], self.names)
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
-        """Columns that a program writes of a motion at the rows that are simulated."""
+        """Return the columns that a program writes for a simulated motion."""
         if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
-            # Programs do not agree on the energy that such a force stores.
+            # Programs define the energy stored by such a force in different ways.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         columns = program.written(columns, self.time)
@@ -104,25 +105,26 @@ class _SeenPart:
 
 
 class FileUnderTest:
-    """The file, its rows that count, and the correct motion.
+    """The file under diagnosis, and programs that are simulated and compared with it.
 
     Attributes
     ----------
     program : Program
-        The correct one.
+        The correct program.
     right : Hypothesis
-        It, and what is left of it.
+        The hypothesis that the program is correct, with the errors of the file.
     residual : Residual or None
-        What the equations leave of the file's motion; None where it does not show it.
+        Residual of the equations along the file's motion; None if the file does not show its
+        motion.
     maneuvers : list of int
-        Their numbers.
+        Numbers of the maneuvers in the file.
     has_one_speed
         True if the forward speed never changes, or is not in the file.
     tried
-        Number of programs that were compared.
+        Number of programs compared so far.
     edit : ColumnRatio or None
-        An offset or a ratio of a column that was found together with a wrong value, if it was asked
-        for: it is to be undone, and the rows diagnosed again.
+        An offset or a ratio of a column that was found together with a wrong value, if
+        `asks_for_edit` was given. The caller must undo it and diagnose the rows again.
     """
 
     def __init__(
@@ -154,25 +156,25 @@ class FileUnderTest:
         )
         self.edit: ColumnRatio | None = None
         self._asks_for_edit = asks_for_edit
-        # Motions and equations that make no sense end as such.
+        # Meaningless motions give infinite or NaN residuals, without warnings.
         with np.errstate(all="ignore"):
             self.residual = self._residual(library) if library else None
         self.has_one_speed = has_constant_speed(parts)
 
     def of_kind(self, kind: str) -> list[Mistake]:
-        """Mistakes of the library, for the maneuvers of the reference: ``start`` or ``output``."""
+        """Return the mistakes of the library of a kind, ``start`` or ``output``."""
         return [m for m in self._library if m.kind == kind]
 
     def judged(self, hypotheses: Iterable[tuple[Cause, ...]]) -> Iterator[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.
 
-        Without those that are, as far as the file shows it, a program that was tried before. Each
-        is there as soon as it is found.
+        Programs that the file cannot distinguish from one tried before are skipped. Each hypothesis
+        is yielded as soon as it is judged.
 
         Raises
         ------
         BudgetSpentError
-            The time of the diagnosis is spent.
+            The time limit of the diagnosis is reached.
         """
         new: dict[object, tuple[tuple[Cause, ...], Program]] = {}
         for mistakes in hypotheses:
@@ -189,14 +191,14 @@ class FileUnderTest:
                 self.tried += 1
 
     def possible(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
-        """Return the likeliest hypotheses by the beginning of each maneuver, simulated alone.
+        """Return the hypotheses that best explain the beginning of each maneuver.
 
-        What explains a run explains its beginning, which takes a small part of its time.
+        A cause of a whole run also explains its beginning, which takes less time to simulate.
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
         if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
-            # A file that begins later has no beginning.
+            # The file has too few rows at the beginning: use all rows.
             parts = [p.part for p in self._parts]
         begun = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
@@ -205,9 +207,9 @@ class FileUnderTest:
         return [h.mistakes for h in kept]
 
     def _first_errors(self) -> float:
-        """The time until which maneuvers show their error by far above the digits [s].
+        """Time at which all maneuvers with a visible error have begun to show it [s].
 
-        Of those that do; of all rows where none does.
+        Visible: far above the digits. If no maneuver shows its error, the end of the file.
         """
         until = []
         for p, right in zip(self._parts, self.right.expected, strict=True):
@@ -222,9 +224,9 @@ class FileUnderTest:
         return max(_BEGINNING, max(until)) if until else max(float(p.time[-1]) for p in self._parts)
 
     def whole_runs(self, mistakes: tuple[Cause, ...] = (), maneuver: int | None = None) -> Fits:
-        """Fits of whole runs of one maneuver or all.
+        """Return the fits of whole runs of one maneuver, or of all maneuvers.
 
-        With the definitions that the file has if it makes some mistakes.
+        They use the definitions of columns that fit the program with `mistakes` best.
         """
         if mistakes or maneuver is not None:
             return self._whole_runs(mistakes, maneuver)
@@ -255,9 +257,11 @@ class FileUnderTest:
 
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
-        # As `claims.explains` has it.
-        needed = THRESHOLDS.explains if shows_equations(self.residual) else BY_FAR
-        return Fits(self.program, leaves, floors, len(parts), THRESHOLDS.promise[1], split, needed)
+        # The same factors as in `claims.explains`.
+        needed = THRESHOLDS.explained_factor if shows_equations(self.residual) else BY_FAR
+        return Fits(
+            self.program, leaves, floors, len(parts), THRESHOLDS.run_exponent, split, needed
+        )
 
     def _leaves_much(self, residual: Residual) -> bool:
         """True if a wrong file shows the equations, and nothing explains their residual."""
@@ -275,21 +279,21 @@ class FileUnderTest:
         Raises
         ------
         BudgetSpentError
-            The time of the diagnosis is spent.
+            The time limit of the diagnosis is reached.
         """
         parts = [p.part for p in self._parts]
         with np.errstate(all="ignore"):
             return edit_beside_a_value(parts, self.right.understood, self.program, self._deadline)
 
     def by_integrators(self) -> Iterator[Hypothesis]:
-        """Methods of integration that leave the file's error, see `integrated`.
+        """Yield methods of integration whose error is the file's error, see `integrated`.
 
-        None where rows are not those of equal steps.
+        It yields nothing if the rows are not evenly spaced.
 
         Raises
         ------
         BudgetSpentError
-            The time of the diagnosis is spent.
+            The time limit of the diagnosis is reached.
         """
         if not all(are_even(p.part.time, p.step) for p in self._parts):
             return
@@ -306,7 +310,7 @@ class FileUnderTest:
             self.tried += 1
 
     def _integrated(self, p: _SeenPart, right: Columns) -> Run:
-        """A maneuver with the errors of its columns, as integrators follow it."""
+        """A maneuver and the errors of its columns, for the comparison with integrators."""
         understood = self.right.understood
         names = {key: understood[key].column.name for key in p.of_motion}
         return Run(
@@ -333,8 +337,8 @@ class FileUnderTest:
     def _resolved(self, program: Program, expected: Expected) -> Mapping[Place, float]:
         """Return the resolution limit of each column, by its digits and the simulation, in scales.
 
-        A motion that nears a singularity is simulated less well: its energy, which should be
-        constant, says how well.
+        A motion near a singularity is simulated less accurately. The drift of its energy, which
+        should be constant, measures the inaccuracy.
         """
         if program.motion.amounts or program.edits or program.motion.linear:
             return self.right.floors
@@ -355,7 +359,7 @@ class FileUnderTest:
         }
 
     def log_odds(self, one: Hypothesis, other: Hypothesis) -> float:
-        """Logarithm of the odds of one hypothesis against another, where they differ."""
+        """Return the log odds of one hypothesis against another, from columns that differ."""
         places = [
             k
             for k in one.after
@@ -365,15 +369,16 @@ class FileUnderTest:
         return log_ratio(other.after, one.after, places) + before
 
     def order_beside(self, h: Hypothesis) -> list[Mistake]:
-        """An order of the columns that explains what a hypothesis leaves."""
+        """Find an order of the columns that explains the errors left by a hypothesis, or none."""
         written = [{key: v[p.compared] for key, v in p.part.values.items()} for p in self._parts]
         order = columns_in_another_order(written, h.expected)
         return [order] if order else []
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
-        """Return what a hypothesis leaves, in the column of each maneuver that it explains best."""
+        """Return the errors left by a hypothesis, in the best explained column of each maneuver."""
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
-        # The best column of a maneuver is the last to be put into its place.
+        # The places are pairs of maneuver and key. The best key of each maneuver comes last, so it
+        # remains in the dictionary.
         best = dict(sorted(relief, key=relief.__getitem__))
         found = []
         for p, *expected in zip(self._parts, self.right.expected, h.expected, strict=True):
@@ -389,7 +394,7 @@ class FileUnderTest:
         return tuple(sorted(found, key=lambda c: c.maneuver))
 
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
-        """Put the motion into the equations, as it is understood best."""
+        """Evaluate the equations along the motion, by the best interpretation of the columns."""
         best: Residual | None = None
         tried: list[Understandings] = []
         taken: Understandings = {}
@@ -403,22 +408,22 @@ class FileUnderTest:
                 continue
             tried.append(understood)
             made = self._put_in(understood, library)
-            # Rates that contradict the angles are not understood.
+            # An interpretation is dropped if its rates contradict its angles.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
                 is_enough = not self._is_wrong or best.is_explained
                 if best.visibility and not best.is_open and is_enough:
                     break
         if best is not None and self._asks_for_edit and self._leaves_much(best):
-            with step_log.logged(_EDITED) as told:
+            with step_log.logged(_EDITED) as log:
                 self.edit = self.edited()
-                told.found = partial(str, self.edit)
+                log.found = partial(str, self.edit)
             if self.edit is not None:
                 return best
         if best is not None and best.is_open:
             best = self._by_other_definitions(taken, library) or best
         if best is not None:
-            # While there is time: all that follows asks for them.
+            # Compute the fitted values now, within the time limit: all later steps use them.
             _ = best.fitted
         return best
 
@@ -429,10 +434,10 @@ class FileUnderTest:
         causes: tuple[Cause, ...] = (),
         converged: float = CONVERGED,
     ) -> Residual | None:
-        """What the equations leave of the motion as it is understood so; None if it shows none.
+        """Residual of the equations by one interpretation; None if the file shows no motion.
 
-        Columns of other definitions are taken back by the lengths of a program with some causes,
-        and as far as is asked for [SI].
+        Columns with other definitions are converted to the default ones with the lengths of the
+        program with these causes, iterating until changes are below `converged` [SI].
         """
         bicycle = apply(self.program, causes).motion.bicycle
         equations = Equations.binary64(bicycle)
@@ -444,10 +449,10 @@ class FileUnderTest:
     def _by_other_definitions(
         self, understood: Understandings, library: Sequence[Mistake]
     ) -> Residual | None:
-        """The residual by other definitions of roll and speed, if a cause explains all by these.
+        """The residual by other definitions of roll and speed, if a cause then explains all of it.
 
-        Which ones are meant is hidden by an error of the motion. Those of which one unknown
-        explains most, to first order, leave least that it does not.
+        An error of the motion hides which definitions the file uses. So choose those by which a
+        single unknown, to first order, explains most of the residual.
         """
         taken, most = understood, self._promise(understood)
         for keys in (("roll_angle", "roll_rate"), ("forward_speed",)):
@@ -466,22 +471,19 @@ class FileUnderTest:
         return None
 
     def _promise(self, understood: Understandings) -> float:
-        """How much one unknown explains if a file is understood so, and how little is left.
-
-        Zero where it then shows no motion.
-        """
+        """Rank of an interpretation, see `Residual.promise`; zero if it shows no motion."""
         found = self._put_in(understood, converged=RIGHT)
         return found.promise if found is not None and found.visibility else 0.0
 
     def _key(self, program: Program) -> object:
-        """Equal for programs that do the same as far as the file shows it."""
+        """Return a key that is equal for programs that the file cannot distinguish."""
         motion = program.motion
         starts = tuple(motion.starts[p.part.number] for p in self._parts)
         bicycle = tuple(map(float, motion.bicycle.values.values()))
         return bicycle, starts, program.edits, motion.amounts, motion.linear
 
     def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
-        """Columns that each program writes."""
+        """Simulate programs; return the columns that each program writes."""
         asked = [(p, part, part.motion(p, part.time)) for p in programs for part in self._parts]
         made = iter(
             self.simulator.run_all([m for p, _, m in asked if not p.motion.linear], self._deadline)
@@ -498,7 +500,7 @@ class FileUnderTest:
         return ([next(each) for _ in self._parts] for _ in programs)
 
     def _before(self, expected: Expected) -> Mapping[Place, float]:
-        """Typical errors of the correct program, over the rows that the mistaken one reaches."""
+        """Typical errors of the correct program, over the rows that another program reaches."""
         finite = [np.isfinite(e["roll_angle"]) for e in expected]
         if all(good.all() for good in finite):
             return self.right.after
@@ -527,9 +529,9 @@ class FileUnderTest:
         return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDING * scale)
 
     def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
-        """The definitions that fit, and typical errors in scales.
+        """The definitions that fit best, and the typical errors in scales.
 
-        They are those of what is written: another unit makes no error smaller.
+        All errors are in the unit of the correct program, so a larger unit makes no error smaller.
         """
         samples = [
             Sample(p.part, p.compared, e) for p, e in zip(self._parts, expected, strict=True)
@@ -547,12 +549,12 @@ class FileUnderTest:
 
 
 def _clearer(residual: Residual) -> tuple[bool, float]:
-    """Greater of a residual that is understood better."""
+    """Sort key of a residual: greater if its interpretation of the columns is better."""
     return bool(residual.visibility), residual.promise
 
 
 def _part_off(values: Array, written: Array) -> Array:
-    """Return the error of a column in parts of its size; 1 after the end of the motion."""
+    """Return the error of a column relative to its size; 1 after the end of the motion."""
     there = np.isfinite(written)
     size = (rms(written[there]) if there.any() else 0.0) or 1.0
     off = np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)

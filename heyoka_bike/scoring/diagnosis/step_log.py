@@ -1,4 +1,4 @@
-"""What each step of a diagnosis did, told to those who follow it with `heyoka-bike diagnose -v`."""
+"""Logging of the steps of a diagnosis, for `heyoka-bike diagnose -v`."""
 
 import logging
 import time
@@ -10,7 +10,7 @@ from math import e, log10
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 
 _log = logging.getLogger(__name__)
-# Decimal logarithms in a natural one.
+# Factor from natural to decimal logarithms.
 _DECADES = log10(e)
 
 
@@ -22,7 +22,7 @@ class Step:
     ----------
     name
     question
-        What it asks.
+        The question that the step answers.
     """
 
     name: str
@@ -31,12 +31,12 @@ class Step:
 
 @dataclass(slots=True)
 class StepLog:
-    """A step that is being logged.
+    """The log entry of a step in progress.
 
     Attributes
     ----------
     found : callable
-        What it found, in a few words; asked for at its end, if somebody follows.
+        Returns the result in a few words. It is called at the end of the step, if logging is on.
     """
 
     found: Callable[[], str] = lambda: "nothing"
@@ -44,22 +44,22 @@ class StepLog:
 
 @contextmanager
 def logged(step: Step) -> Iterator[StepLog]:
-    """Tell what a step asks and finds and how long it takes, also one that is ended early."""
-    begun, told = time.process_time(), StepLog()
+    """Log the question, the result and the duration of a step, even if it ends early."""
+    begun, entry = time.process_time(), StepLog()
     try:
-        yield told
+        yield entry
     finally:
         if _log.isEnabledFor(logging.INFO):
             seconds = time.process_time() - begun
-            _log.info("%s: %s %s (%.2f s)", step.name, step.question, told.found(), seconds)
+            _log.info("%s: %s %s (%.2f s)", step.name, step.question, entry.found(), seconds)
 
 
 def in_words(h: Hypothesis | None) -> str:
-    """The likeliest cause, its odds against none and what it leaves at most, in scales."""
+    """Return the likeliest cause, its odds, and the largest error that it leaves, in scales."""
     if h is None:
-        return "none is likelier than none of them"
+        return "no likely cause"
     left, where = max(((x, place) for place, x in h.after.items()), default=(0.0, (0, "")))
     return (
         f"likeliest {' and '.join(h.codes)}, odds 10^{h.log_odds * _DECADES:.0f}, "
-        f"leaves {left:.1e} of {where[0]}.{where[1]}"
+        f"largest remaining error {left:.1e} in {where[0]}.{where[1]}"
     )

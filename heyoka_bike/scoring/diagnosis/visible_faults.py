@@ -1,9 +1,9 @@
-"""What is seen without any simulation.
+"""Faults that are visible without any simulation.
 
-A bicycle that falls over, rows that stand still, columns of another maneuver, a start that is
-another one, and columns that are wrong beside a motion that is right: those of the benchmark, and
-those beside it, for which no program is simulated. There the same number in every row, or the right
-one times a factor or with another zero, is seen.
+These are: a bicycle that falls over; repeated or interpolated rows; columns of another maneuver;
+wrong initial conditions; a motion that is right only until some time; and wrong columns while the
+motion is right. For columns that the benchmark does not define, no program is simulated. There the
+same number in every row, a factor and an offset are recognised.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -39,29 +39,31 @@ from heyoka_bike.scoring.rows.table import whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
-# Of the rows in each part of the run, so many are between others.
+# Rows are interpolated if more than this fraction is between others, in all but one of this many
+# parts of the run.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # Largest distance, in rows, from one right row to the next.
 _MOST_BETWEEN = 200
-# Of the time: no error that begins at the start grows so fast.
+# An error that begins at the start grows more slowly than this power of the time.
 _LARGEST_POWER = 20.0
-# Lying on the floor, the lowest that a bicycle gets.
+# Lean of a bicycle that lies on the floor [rad].
 _LEAN_OF_LYING = np.pi / 2
-# ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
+# A fall begins with a lean below the first value, and the lean changes by less than the second
+# value from row to row [rad]. Noise changes it more.
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
-# An energy that is wrong makes the sum wrong.
+# If a part of the energy is wrong, so is the sum.
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
 VisibleFault = (
     FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
 )
-"""What is seen at once."""
+"""Faults of the benchmark's columns that are visible without simulation."""
 
 
 def shown(report: Report) -> tuple[VisibleFault, ...]:
-    """Return what is seen at once, whatever else is found."""
+    """Return the faults of the benchmark's columns that are visible without simulation."""
     maneuvers = report.maneuvers
     found: list[VisibleFault] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
     found += _between(maneuvers)
@@ -77,14 +79,14 @@ def shown(report: Report) -> tuple[VisibleFault, ...]:
 
 
 def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
-    """A lean that grows to a quarter turn or more, where that of the reference does not."""
+    """Find maneuvers whose lean exceeds a quarter turn, while that of the reference does not."""
     times = {}
     for m in maneuvers:
         traces = {c.key: c.trace for c in m.columns if c.values == m.rows}
         if not {"roll_angle", "potential_energy"} <= traces.keys():
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
-        # Other units of the angle do not lower it.
+        # A low potential energy shows that the angle is not only in a wrong unit.
         low = height.value < MEANINGLESS_ERROR * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
@@ -98,10 +100,10 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
-    """Rows that repeat others, or lie on lines or curves between fewer rows, in angles and rates.
+    """Find rows whose angles and rates repeat other rows, or are interpolated between fewer rows.
 
-    Most of these columns suffice, as one may be computed from the others row by row. If only a few
-    show it, the evidence names them.
+    It suffices if most of these columns show it, because one may be computed from the others in
+    each row. If only a few columns show it, the evidence names them.
     """
     found = {m.maneuver: x for m in maneuvers if (x := _rows_between(m)) is not None}
     for (order, keys, every), each in grouped(
@@ -112,7 +114,7 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
 
 
 def _rows_between(m: ManeuverScore) -> RowsBetween | None:
-    """How the rows of a maneuver lie between fewer rows; None if they do not."""
+    """How the rows of a maneuver are interpolated between fewer rows; None if they are not."""
     lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
     for order in (1, 2):
         shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
@@ -127,9 +129,9 @@ def _rows_between(m: ManeuverScore) -> RowsBetween | None:
 
 
 def _right_rows(c: ColumnScore) -> int:
-    """Return n if every nth row, from the first on, is right, and those between are not; or 0.
+    """Return n if only every nth row, from the first on, is right; 0 if there is no such n.
 
-    Errors between them are visible in a plot, and larger by far.
+    The errors of the rows between must be visible in a plot, and larger by the factor `BY_FAR`.
     """
     error = np.abs(c.trace.error)
     if float(np.max(error)) <= TOLERANCE * c.scale:
@@ -144,9 +146,10 @@ def _right_rows(c: ColumnScore) -> int:
 
 
 def _flat(c: ColumnScore, order: int) -> float:
-    """Least share of rows without a step, or a bend, of those where the right motion has one.
+    """Share of rows where a column is constant (order 1) or straight (order 2), wrongly.
 
-    Until the last step, after which all stands still.
+    Only rows count in which the exact motion changes, or curves, and only until the last change of
+    the column. The share is the second smallest of the parts of the run.
     """
     tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
@@ -157,28 +160,26 @@ def _flat(c: ColumnScore, order: int) -> float:
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
             for x in (c.trace.value[rows], c.trace.reference[rows])
         )
-    # What is set to zero is not held.
+    # Values set to zero are not repeated rows.
     is_zero = (c.trace.value[rows] == 0.0)[order:]
     moves = (right > CLEARLY * tiny) & ~is_zero
-    # Between others it goes on by steps of any size; few digits make many of the same.
+    # With few digits many steps are equal. Otherwise the steps have different sizes.
     if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
-    # What goes on between is far above the digits: a motion that hardly moves is below them, too.
+    # The changes must be far above the digits: a motion that hardly moves also seems to stand
+    # still.
     if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
         return 0.0
-    # In all parts of the run but one: a motion that dies away ends on a straight line.
+    # One part of the run may differ: a motion that decays ends on a straight line.
     parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
 def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
-    """True if every wrong maneuver leaves the right motion later than at its start.
-
-    Or some of its rows are right, and only those between them are not.
-    """
+    """True if every wrong maneuver is right at its start, or in every nth row."""
     departs = {x.maneuver for x in seen if isinstance(x, Departs)}
     departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
     wrong = {m.maneuver for m, c in report.places if not (c.is_right or c.is_hidden)}
@@ -186,10 +187,10 @@ def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
 
 
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
-    """Rows up to which all is right, after which it is soon a hundred times farther off."""
+    """Find maneuvers that are right up to some row, and soon after have errors 100 times larger."""
     for m in maneuvers:
         whole = whole_columns(m)
-        # Beside a wrong motion only one of these definitions is sure.
+        # If the motion is wrong, only columns with a single definition are certain.
         single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
         found = _departs(m, whole)
         if found is None and len(single) < len(whole):
@@ -201,7 +202,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
 def _departs(
     m: ManeuverScore, columns: Sequence[ColumnScore], keys: tuple[str, ...] = ()
 ) -> Departs | None:
-    """How some columns of a maneuver depart from the right ones, if they do; `keys` are named."""
+    """How columns of a maneuver depart from the exact ones, or None; `keys` go to the evidence."""
     if not columns:
         return None
     error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
@@ -211,7 +212,7 @@ def _departs(
     if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
-    # Errors of steps that a tolerance chooses may differ as much, from one step to the next.
+    # With a variable step the error may differ as much from one step to the next.
     is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
@@ -226,7 +227,7 @@ def _departs(
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,
-        ahead if relief > THRESHOLDS.nearly and not is_back else None,
+        ahead if relief > THRESHOLDS.direction_factor and not is_back else None,
         keys,
     )
 
@@ -234,7 +235,7 @@ def _departs(
 def _shift_from(
     m: ManeuverScore, columns: Sequence[ColumnScore], first: int
 ) -> tuple[float, float]:
-    """By how much rows from one on are ahead of those written [s], and the factor that explains."""
+    """Time by which the rows from `first` on are ahead [s], and the factor by which errors fall."""
     there = AtOtherTimes(m, columns, slice(first, None))
     clock = fitted_clock([there], (1,))
     if clock is None:
@@ -246,31 +247,32 @@ def _shift_from(
 
 
 def _departure(off: Array, time: Array) -> tuple[int, int] | None:
-    """The last row that is right, and the first that is a hundred times farther off.
+    """The last right row, and the first row with an error 100 times larger.
 
-    Or None, where the error grows as one that begins at the start can.
+    None if the error grows no faster than an error that begins at the start.
     """
     most = np.maximum.accumulate(off)
-    # Of each row the first that is so much farther off than all until then.
+    # For each row, the first row with an error larger than all errors so far by this factor.
     far = np.searchsorted(most, BY_FAR * most, side="right")
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for last in np.flatnonzero((far < len(off)) & (time > 0.0)):
             row = int(far[last])
             if np.log(most[row] / most[last]) > _LARGEST_POWER * np.log(time[row] / time[last]):
-                # Right is what is as good as until then.
+                # Rows count as right while the error stays within `AS_GOOD` of its value so far.
                 good = np.searchsorted(most, AS_GOOD * most[last], side="right") - 1
                 return int(good), row
     return None
 
 
 def other_times(report: Report) -> OtherTimes | None:
-    """Rows that are the right motion at other times than those that are written."""
+    """Find out whether all rows are the exact motion, at times other than those written."""
     found, relief = {}, []
     for m in report.maneuvers:
         columns = whole_columns(m)
-        # Of a motion that keeps its energy the parts of it are one column.
+        # If the energy is constant, its parts count as one column.
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
-        # Of correct programs two are left a sixth of the error, in one maneuver a thirtieth.
+        # In files of two correct programs other times leave a sixth of the error, in one maneuver a
+        # thirtieth.
         count = len(columns) - max(len(energies) - 1, 0)
         if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
             return None
@@ -280,7 +282,7 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.nearly):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.direction_factor):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = CLEARLY * (most - least) < abs(most + least)
@@ -288,9 +290,9 @@ def other_times(report: Report) -> OtherTimes | None:
 
 
 def _falls(c: ColumnScore, ahead: Array) -> bool:
-    """True if a column's error is no more than its digits, or falls where rows are so much ahead.
+    """True if the error of a column is within its digits, or falls if rows are `ahead` [s].
 
-    One column alone always has such times.
+    For a single column such times always exist.
     """
     with np.errstate(all="ignore"):
         slope = np.gradient(c.trace.reference, c.trace.time)
@@ -300,13 +302,10 @@ def _falls(c: ColumnScore, ahead: Array) -> bool:
 
 
 def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
-    """Time by which each row is ahead of that written, and the factor by which errors fall so.
-
-    To second order.
-    """
+    """Time by which each row is ahead [s], to second order, and the factor by which errors fall."""
     error = np.array([c.trace.error / c.scale for c in columns])
     right = np.array([c.trace.reference / c.scale for c in columns])
-    # Two rows at one time have no slope, and then no time is found.
+    # Two rows at the same time have no slope, which gives NaN.
     with np.errstate(all="ignore"):
         slope = np.gradient(right, columns[0].trace.time, axis=1)
         bend = np.gradient(slope, columns[0].trace.time, axis=1)
@@ -318,13 +317,13 @@ def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
 
 
 def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
-    """First rows with another roll rate or speed than the maneuver is given."""
+    """Find first rows whose roll rate or speed differs from the given initial value."""
     for m in maneuvers:
         for c in m.columns:
             if c.key not in _GIVEN or not c.values or not c.is_known or c.trace.time[0] != 0.0:
                 continue
             given, here = float(c.trace.reference[0]), float(c.trace.value[0])
-            # A wrong motion does not tell which definition a column has.
+            # A wrong motion does not show the definition of a column, so try all definitions.
             meant = m.part.reference.definitions[c.key]
             starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
             off = min(abs(here - float(x[0])) for x in starts.values())
@@ -337,7 +336,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
 
 
 def columns_apart(report: Report) -> ColumnsApart | None:
-    """Some columns are wrong, and all others show that the motion is right: look at those alone."""
+    """Find wrong columns, if all other columns show that the motion is right."""
     each = {
         m.maneuver: far_worse(m, [c.key for c in m.columns], _whole_error) for m in report.maneuvers
     }
@@ -363,20 +362,20 @@ def columns_apart(report: Report) -> ColumnsApart | None:
 
 
 def _whole_error(c: ColumnScore) -> float:
-    """Root mean square of the error over that of the column: a few bad rows count."""
+    """Root mean square of the error relative to that of the column: a few bad rows count."""
     return rms(c.trace.error) / (rms(c.trace.reference) or 1.0)
 
 
 def faults_in_other_columns(
     report: Report, left_out: Collection[str] = ()
 ) -> tuple[ColumnBeside | NotDiagnosed, ...]:
-    """Return what is seen in the columns that are not the benchmark's and not right.
+    """Return the evidence of wrong columns that the benchmark does not define.
 
     Parameters
     ----------
     left_out
-        Keys of columns of unknown meaning; those are not held to be right, and only named here if
-        a factor or an offset explains them.
+        Keys of columns with an unknown definition. They are not assumed to be right, and are
+        reported only if a factor or an offset explains them.
     """
     found: list[ColumnBeside | NotDiagnosed] = []
     others = []
@@ -395,7 +394,7 @@ def faults_in_other_columns(
 
 
 def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bool:
-    """True if the benchmark's columns of the maneuver are right, and this one far from that."""
+    """True if the benchmark's columns of the maneuver are right, and this column is far off."""
     right = {*BENCHMARK_COLUMNS} - {*left_out}
     limit = max((x.error for x in m.compared if x.key in right), default=1.0)
     return limit < TOLERANCE and is_far(c, limit, CLEARLY)
@@ -404,10 +403,13 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
 def _isolated_wrong_columns(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
 ) -> Iterator[ColumnBeside]:
-    """Yield what is seen in a column that is wrong alone, by the number of the maneuver."""
+    """Yield the evidence of a column that is wrong while the benchmark's columns are right.
+
+    `columns` has the number of the maneuver as key.
+    """
     worst = max(c.error for c in columns.values())
     unit = next(iter(columns.values())).unit
-    # The number in every row, where the right one moves.
+    # The number in every row, in maneuvers where the exact values vary.
     held = [float(c.trace.value[0]) for c in columns.values()
             if not np.ptp(c.trace.value) and np.ptp(c.trace.reference)]  # fmt: skip
     fit = scaled([*columns.values()])

@@ -8,19 +8,19 @@ from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.evidence.words import counted, time_beside
 from heyoka_bike.scoring.findings import Severity
 
-_NO_NUMBERS = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "nothing but zeros"}
+_NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
 
 
 @dataclass(frozen=True, slots=True)
 class ManeuverRecognised(Evidence):
-    """The maneuver of a file that does not tell it was recognised by its values."""
+    """The file does not name its maneuver; it was recognised by its values."""
 
     maneuver: int
 
     code = "maneuver_recognised"
 
     def message(self) -> str:
-        return f"the columns are those of maneuver {self.maneuver}, recognised by their values"
+        return f"The columns are those of maneuver {self.maneuver}, recognised by their values"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"maneuver": self.maneuver}
@@ -28,7 +28,7 @@ class ManeuverRecognised(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ManeuverGuessed(Evidence):
-    """The values of a file that does not name its maneuver may be of several.
+    """The file does not name its maneuver, and its values fit several maneuvers.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class ManeuverGuessed(Evidence):
     def message(self) -> str:
         others = " or ".join(map(str, self.may_be))
         return (
-            f"the file does not name its maneuver. It is compared with maneuver {self.maneuver}, "
+            f"The file does not name its maneuver. It is compared with maneuver {self.maneuver}, "
             f"which is a guess: it may also be maneuver {others}. To choose: {self.option}"
         )
 
@@ -60,7 +60,7 @@ class ManeuverGuessed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class NoReference(Evidence):
-    """Columns that the reference does not have.
+    """Columns were left out because the reference does not contain them.
 
     Attributes
     ----------
@@ -83,7 +83,9 @@ class NoReference(Evidence):
 
     def message(self) -> str:
         lacks = f"no {self.lacks}" if self.lacks else "no such columns"
-        return f"{', '.join(self.keys)}: left out, for the reference in {self.folder} has {lacks}"
+        return (
+            f"{', '.join(self.keys)}: left out, because the reference in {self.folder} has {lacks}"
+        )
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
@@ -91,7 +93,15 @@ class NoReference(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class MeantByValues(Evidence):
-    """A name with several meanings was decided by its values; key None: it is none of them."""
+    """The meaning of an ambiguous column name was chosen by the values of the column.
+
+    Attributes
+    ----------
+    key
+        Key of the column; None if the values fit no meaning, and the column is left out.
+    may_be
+        Keys of the possible columns.
+    """
 
     key: str | None
     may_be: tuple[str, ...]
@@ -100,8 +110,8 @@ class MeantByValues(Evidence):
 
     def message(self) -> str:
         return (
-            f"the name of a column may mean {' or '.join(self.may_be)}; by its values it is "
-            f"{self.key or 'none of them and left out'}"
+            f"The name of a column may mean {' or '.join(self.may_be)}; by its values it is "
+            f"{self.key or 'none of these, so it is left out'}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -110,7 +120,13 @@ class MeantByValues(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class WheelRate(Evidence):
-    """The forward speed is written as the rate of a wheel of this radius, with its unit."""
+    """The forward speed is written as the rate of rotation of a wheel.
+
+    Attributes
+    ----------
+    radius
+        Radius of the wheel, with its unit.
+    """
 
     radius: str
 
@@ -118,7 +134,8 @@ class WheelRate(Evidence):
 
     def message(self) -> str:
         return (
-            f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {self.radius}"
+            f"forward_speed is the rate of a wheel in rad/s; the speed is this rate times "
+            f"{self.radius}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -127,14 +144,14 @@ class WheelRate(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherOrder(Evidence):
-    """Columns of the benchmark that stand in the places of others.
+    """The columns of the benchmark are in another order.
 
     Attributes
     ----------
     keys
         The keys that the values fit, in the order of the file.
     told
-        The option that states this order; empty without one.
+        The option that states this order; empty if there is none.
     """
 
     keys: tuple[str, ...]
@@ -144,9 +161,9 @@ class OtherOrder(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        said = f"the columns seem to be in another order: {', '.join(self.keys)}"
+        said = f"The columns seem to be in another order: {', '.join(self.keys)}"
         if self.told:
-            said += f"; {self.told} tells it"
+            said += f". To use this order: {self.told}"
         return said
 
     def numbers(self) -> Mapping[str, Any]:
@@ -155,13 +172,14 @@ class OtherOrder(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherManeuver(Evidence):
-    """Values in the place of a maneuver that are nearer to another one.
+    """The values given for one maneuver are nearer to another maneuver.
 
     Attributes
     ----------
     maneuver, nearest
     distance, own_distance
-        Typical difference from the nearest maneuver and from their own, relative to the columns.
+        Typical difference from the nearest maneuver, and from the maneuver for which they are
+        given, relative to the scales of the columns.
     """
 
     maneuver: int
@@ -174,8 +192,8 @@ class OtherManeuver(Evidence):
 
     def message(self) -> str:
         return (
-            f"the values in the place of maneuver {self.maneuver} are nearer to maneuver "
-            f"{self.nearest} (relative distance {self.distance:.2g}, against "
+            f"The values given for maneuver {self.maneuver} are nearer to maneuver "
+            f"{self.nearest} (relative distance {self.distance:.2g} instead of "
             f"{self.own_distance:.2g})"
         )
 
@@ -185,7 +203,7 @@ class OtherManeuver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesInLargerUnit(Evidence):
-    """Times that are those of a run in minutes or hours, of angles too fast for seconds.
+    """The times seem to be in minutes or hours: read as seconds, the angles change too fast.
 
     Attributes
     ----------
@@ -206,8 +224,9 @@ class TimesInLargerUnit(Evidence):
 
     def message(self) -> str:
         return (
-            f"The times span {self.span:.4g} s, in which the angles change far more than their "
-            f"rates allow. Are the times in {self.unit}? Write seconds, or the unit in the heading"
+            f"The times span {self.span:.4g} s, but the angles change far more in this time than "
+            f"their rates allow. Are the times in {self.unit}? Write seconds, or put the unit in "
+            "the heading"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -216,7 +235,7 @@ class TimesInLargerUnit(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsOutside(Evidence):
-    """Rows outside the run of the reference, which are left out.
+    """Rows with times outside the run of the reference are left out.
 
     Attributes
     ----------
@@ -227,7 +246,7 @@ class RowsOutside(Evidence):
     duration
         Duration of the reference [s].
     may_be_in
-        The smaller unit that most times may have, in words; None if they fit none.
+        The smaller unit that most times may have, in words; None if no such unit fits.
     """
 
     rows: int
@@ -242,9 +261,10 @@ class RowsOutside(Evidence):
     def message(self) -> str:
         first, last = (time_beside(t, self.duration) for t in (self.t_first, self.t_last))
         question = f"; are they in {self.may_be_in}?" if self.may_be_in else ""
+        rows = counted(self.rows, "row is", "rows are")
         return (
-            f"{counted(self.rows, 'row')} with times from {first} to {last} s left out: the "
-            f"reference covers 0 to {self.duration:g} s and nothing is extrapolated{question}"
+            f"{rows} left out, with times from {first} to {last} s: the reference covers 0 to "
+            f"{self.duration:g} s and is not extrapolated{question}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -253,7 +273,7 @@ class RowsOutside(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TooLarge(Evidence):
-    """Values that are too large to compute with, which are left out."""
+    """Values are too large to compute with; they are left out."""
 
     maneuver: int
     key: str
@@ -265,7 +285,7 @@ class TooLarge(Evidence):
     def message(self) -> str:
         are = "is" if self.values == 1 else "are"
         return (
-            f"maneuver {self.maneuver}: {counted(self.values, 'value')} of {self.key} {are} beyond "
+            f"Maneuver {self.maneuver}: {counted(self.values, 'value')} of {self.key} {are} beyond "
             "1e150 and left out"
         )
 
@@ -275,7 +295,7 @@ class TooLarge(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Unfilled:
-    """A column of a maneuver with one number in every row, where the quantity varies."""
+    """A column of a maneuver with the same number in every row, although the quantity varies."""
 
     maneuver: int
     key: str
@@ -284,7 +304,14 @@ class Unfilled:
 
 @dataclass(frozen=True, slots=True)
 class NeverFilled(Evidence):
-    """Columns that were never filled in; `maneuvers` is how many the file has."""
+    """Columns contain the same number in every row, although the quantity varies.
+
+    Attributes
+    ----------
+    columns : tuple of Unfilled
+    maneuvers
+        Number of maneuvers in the file.
+    """
 
     columns: tuple[Unfilled, ...]
     maneuvers: int
@@ -310,10 +337,11 @@ class NeverFilled(Evidence):
                 else ""
             )
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
-            said.append(f"{', '.join(keys)}{of} hold{'s' if len(keys) == 1 else ''} {what}")
+            said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
+        them = "it is" if len(self.columns) == 1 else "they are"
         return (
-            f"{', '.join(said)}: one number in every row of what varies, so never filled in; left "
-            "out of the result"
+            f"{', '.join(said)} in every row, although the exact values vary. Never filled in, so "
+            f"{them} left out of the result"
         )
 
     def numbers(self) -> Mapping[str, Any]:

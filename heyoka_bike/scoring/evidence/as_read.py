@@ -1,4 +1,4 @@
-"""Evidence about how a file was read: names, lines, units and times as they are written."""
+"""Evidence about reading a file: names, lines, units and times as they are written."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,32 +11,32 @@ from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 
 _NAMES_OF_EVIDENCE = 100
-"""Maximum number of names in the JSON of a finding; each is shortened as in a message."""
+"""Maximum number of names in the JSON of a finding."""
 
 
 class Reason(Enum):
     """Why a column was not compared."""
 
-    UNKNOWN_NAME = "its name means nothing that is known"
-    SET_ASIDE = "its name is known, and its number is not that of a maneuver"
-    CONTRADICTS = "another column of this quantity is compared, and its values are others"
-    BESIDE_A_TABLE = "its name is known, and a table beside it has all columns"
-    NO_COLUMN = "its name is known, and it has not one value for each time"
-    NO_SUCH_MANEUVER = "the reference has no such maneuver"
-    NOT_UNDERSTOOD = "its name is like that of a quantity"
+    UNKNOWN_NAME = "its name is unknown"
+    SET_ASIDE = "its name is known, but the number in it is not that of a maneuver"
+    CONTRADICTS = "another column of this quantity, with different values, is compared"
+    BESIDE_A_TABLE = "its name is known, but a separate table contains all columns"
+    NO_COLUMN = "its name is known, but it does not have one value for each time"
+    NO_SUCH_MANEUVER = "the reference does not contain its maneuver"
+    NOT_UNDERSTOOD = "its name is unknown, but similar to that of a quantity"
 
 
 @dataclass(frozen=True, slots=True)
 class NotCompared(Evidence):
-    """Columns whose names decide that they are not compared.
+    """Columns were left out because of their names.
 
     Attributes
     ----------
     reason : Reason
     columns : tuple of LostColumn
-        A column of unknown name has the key of the quantity whose name resembles its own.
+        A column with an unknown name has the key of the quantity with the most similar name.
     columns_hint
-        Words on the option that names the columns.
+        Hint on the option that names the columns.
     """
 
     reason: Reason
@@ -46,7 +46,8 @@ class NotCompared(Evidence):
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # A quantity that no column gives is already missing from the count of compared columns.
+        # A quantity without a compared column is already missing from the count of compared
+        # columns.
         return (x for x in self.columns if x.key is None or x.key in compared)
 
     def _finding(self) -> Finding:
@@ -55,23 +56,22 @@ class NotCompared(Evidence):
         if self.reason == Reason.SET_ASIDE:
             return warning(
                 "known_columns_left_out",
-                f"Columns that are known by name are left out: {quoted_names(names)}. A number in "
-                "a name is that of a maneuver only if the other names have one, and if the "
-                f"reference has that maneuver; {self.columns_hint}.",
+                f"Columns with known names are left out: {quoted_names(names)}. A number in a name "
+                "is read as a maneuver only if the other names have one too, and the reference has "
+                f"that maneuver; {self.columns_hint}",
                 **evidence,
             )
         if self.reason == Reason.CONTRADICTS:
             return warning(
                 "known_columns_left_out",
-                f"{quoted_names(names)}: other values than those of the column of the same "
-                "quantity that is compared. Write each quantity once, or name the column by what "
-                "else it is.",
+                f"{quoted_names(names)}: left out, because another column of the same quantity has "
+                "different values and is compared. Write each quantity once, or rename the column",
                 **evidence,
             )
         if self.reason in _WHY_LEFT_OUT:
             return warning(
                 "known_columns_left_out",
-                f"Columns that are known by name are left out: {quoted_names(names)}. "
+                f"Columns with known names are left out: {quoted_names(names)}. "
                 f"{_WHY_LEFT_OUT[self.reason]}",
                 **evidence,
             )
@@ -81,18 +81,24 @@ class NotCompared(Evidence):
             return warning(
                 "columns_not_understood",
                 f"{quoted_names(names)} {were} not understood; did you mean {named(keys)}? "
-                f"{self.columns_hint[:1].upper()}{self.columns_hint[1:]}.",
+                f"{self.columns_hint[:1].upper()}{self.columns_hint[1:]}",
                 **evidence,
                 columns=keys,
             )
         like = [f" ({x.key}?)" if x.key else "" for x in self.columns]
-        message = f"Columns of other names are left out: {quoted_names(names, like)}."
+        message = f"Columns with other names are left out: {quoted_names(names, like)}"
         return info("columns_left_out", message, **evidence)
 
 
 @dataclass(frozen=True, slots=True)
 class LastRowIncomplete(Evidence):
-    """The last row of a text was cut while it was written; it is left out."""
+    """The last row of a text file is incomplete, because writing was interrupted; it is left out.
+
+    Attributes
+    ----------
+    line
+        Its line number.
+    """
 
     line: int | None
 
@@ -100,7 +106,7 @@ class LastRowIncomplete(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return f"The last row (line {self.line}) is not complete and left out."
+        return f"The last row (line {self.line}) is incomplete, so it is left out"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"line": self.line}
@@ -108,7 +114,7 @@ class LastRowIncomplete(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class CommonFactor(Evidence):
-    """A line above the rows holds their common factor, 10 to this power; it was applied."""
+    """A line above the rows contains their common factor, a power of ten; it was applied."""
 
     power: int
 
@@ -117,7 +123,7 @@ class CommonFactor(Evidence):
     def message(self) -> str:
         return (
             f"All numbers were multiplied by 1e{self.power}, the common factor that MATLAB "
-            "displays above them; writematrix writes all digits"
+            "displays above them. To write all digits, use writematrix"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -126,7 +132,7 @@ class CommonFactor(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class LinesNotRead(Evidence):
-    """Lines of a text look like rows of numbers and were not read.
+    """Lines of a text file look like rows of numbers but were not read.
 
     Attributes
     ----------
@@ -149,7 +155,7 @@ class LinesNotRead(Evidence):
             if self.count == 1
             else f"{self.count} lines with numbers were"
         )
-        return f"{said} not read: {lines}{f', and {more} more' if more else ''}."
+        return f"{said} not read: {lines}{f', and {more} more' if more else ''}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {
@@ -160,13 +166,14 @@ class LinesNotRead(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class NotFinite(Evidence):
-    """Values that are not finite.
+    """Values are not finite; they are left out.
 
     Attributes
     ----------
     count
     counted_by, line, column
-        The first of them: ``line`` or ``row``, its number, and the number of its column, from 1.
+        Place of the first of these values: the word ``line`` or ``row``, its number, and the number
+        of the column, from 1.
     """
 
     count: int
@@ -178,8 +185,11 @@ class NotFinite(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        where = f"first in {self.counted_by} {self.line}, column {self.column}"
-        return f"{counted(self.count, 'value is', 'values are')} not finite and not used ({where})."
+        first = "first in " if self.count > 1 else ""
+        where = f"{first}{self.counted_by} {self.line}, column {self.column}"
+        were = "was" if self.count == 1 else "were"
+        values = counted(self.count, "value is", "values are")
+        return f"{values} not finite and {were} left out ({where})"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"count": self.count, "line": self.line, "column": self.column}
@@ -187,7 +197,7 @@ class NotFinite(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class NamesNotUsed(Evidence):
-    """Columns taken by their place although a known name contradicts it.
+    """Columns were read in the benchmark's order, although a known name contradicts it.
 
     Attributes
     ----------
@@ -196,7 +206,7 @@ class NamesNotUsed(Evidence):
     name
         Name of the first of these columns.
     unknown
-        The unknown names: because of them no name is used.
+        The unknown names: because of them, no name is used.
     """
 
     columns: tuple[int, ...]
@@ -208,9 +218,9 @@ class NamesNotUsed(Evidence):
 
     def message(self) -> str:
         return (
-            f"Not all column names are known ({quoted_names(self.unknown)}), so the columns are "
-            f"taken in the benchmark's order, although column {self.columns[0]} is named "
-            f"{quoted(self.name)}."
+            f"Some column names are unknown ({quoted_names(self.unknown)}), so the columns are "
+            f"read in the benchmark's order, although column {self.columns[0]} is named "
+            f"{quoted(self.name)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -220,7 +230,7 @@ class NamesNotUsed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class UnknownUnit(Evidence):
-    """The name of a column has something in the place of a unit that is none."""
+    """The name of a column contains an unknown unit."""
 
     name: str
     unit: str
@@ -230,12 +240,9 @@ class UnknownUnit(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        taken = (
-            "it is taken for seconds" if self.key == "time" else "only the usual units are tried"
-        )
+        taken = "it is read as seconds" if self.key == "time" else "only the usual units are tried"
         return (
-            f"The unit {quoted(self.unit)} of the column {quoted(self.name)} is not known, so "
-            f"{taken}."
+            f"The unit {quoted(self.unit)} of the column {quoted(self.name)} is unknown, so {taken}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -245,7 +252,7 @@ class UnknownUnit(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Transposed(Evidence):
-    """The rows of an array are taken as columns."""
+    """The rows of an array were read as columns."""
 
     rows: int
     columns: int
@@ -254,8 +261,8 @@ class Transposed(Evidence):
 
     def message(self) -> str:
         return (
-            f"The table has {counted(self.rows, 'row')} and {counted(self.columns, 'column')}; its "
-            "rows are taken as columns."
+            f"The table has {counted(self.rows, 'row')} and {counted(self.columns, 'column')}, so "
+            "its rows are read as columns"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -264,16 +271,16 @@ class Transposed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesAsDecimals(Evidence):
-    """Binary times that are next to decimals are read as these.
+    """Binary times that are within rounding of decimal numbers were read as these.
 
     Attributes
     ----------
     places
-        Digits of the decimals after the point.
+        Number of decimals after the point.
     unit
         ``s`` or ``ms``.
     changed
-        Number of times whose decimal differs from the binary number.
+        Number of times that differ from their decimal number.
     example
         The first of these times.
     """
@@ -287,9 +294,9 @@ class TimesAsDecimals(Evidence):
 
     def message(self) -> str:
         return (
-            f"the times are binary numbers next to multiples of 1e-{self.places} {self.unit}, and "
-            f"are read as these decimals ({self.example:.{self.places}f} {self.unit} is exactly "
-            "that)"
+            f"The times are binary numbers next to multiples of 1e-{self.places} {self.unit}, and "
+            f"are read as exactly these decimals (for example "
+            f"{self.example:.{self.places}f} {self.unit})"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -298,7 +305,7 @@ class TimesAsDecimals(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimeUnitContradicted(Evidence):
-    """The heading of the times names one unit, and their span is the run in seconds.
+    """The heading of the times names another unit, but their span is that of the run in seconds.
 
     Attributes
     ----------
@@ -316,8 +323,8 @@ class TimeUnitContradicted(Evidence):
 
     def message(self) -> str:
         return (
-            f"time: its heading says {self.named}, but the times span {self.span:.6g}, as the run "
-            "does in seconds. They are taken as seconds"
+            f"time: the heading names the unit {self.named}, but the times span {self.span:.6g}, "
+            "as the run does in seconds. They are read as seconds"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -326,7 +333,7 @@ class TimeUnitContradicted(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesFromFirst(Evidence):
-    """Times that count from long ago, as clocks of computers do, are taken from the first one.
+    """The times are those of a computer clock; they were counted from the first row.
 
     Attributes
     ----------
@@ -344,8 +351,8 @@ class TimesFromFirst(Evidence):
 
     def message(self) -> str:
         return (
-            f"the times begin at {self.first:.17g} {self.unit}, as those of a clock do; they are "
-            "counted from the first row, which is taken for the start"
+            f"The times begin at {self.first:.17g} {self.unit}, like those of a clock. They are "
+            "counted from the first row, which is assumed to be the start of the run"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -354,7 +361,7 @@ class TimesFromFirst(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesOfDay(Evidence):
-    """Times of day, perhaps with a date, are counted from the first of them."""
+    """The times are times of day, perhaps with a date; they were counted from the first row."""
 
     first: str
 
@@ -363,7 +370,7 @@ class TimesOfDay(Evidence):
 
     def message(self) -> str:
         return (
-            "The times are those of a day: seconds are counted from the first row, "
+            "The times are times of day. Seconds are counted from the first row, "
             f"{quoted(self.first)}"
         )
 
@@ -373,7 +380,15 @@ class TimesOfDay(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesUnsorted(Evidence):
-    """Times go back, first in this line or row, so many times."""
+    """Some times are smaller than the time before; the rows were sorted.
+
+    Attributes
+    ----------
+    counted_by, line
+        Place of the first such time: the word ``line`` or ``row``, and its number.
+    count
+        Number of such times.
+    """
 
     counted_by: str
     line: int
@@ -384,7 +399,7 @@ class TimesUnsorted(Evidence):
 
     def message(self) -> str:
         where = f"first in {self.counted_by} {self.line}"
-        return f"Times go back ({where}); the rows are sorted by time."
+        return f"Times decrease ({where}), so the rows were sorted by time"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"line": self.line, "count": self.count}
@@ -392,7 +407,7 @@ class TimesUnsorted(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesRepeated(Evidence):
-    """Rows that repeat the time of another row.
+    """Rows repeat the time of another row.
 
     Attributes
     ----------
@@ -408,7 +423,7 @@ class TimesRepeated(Evidence):
     def _finding(self) -> Finding:
         repeat = counted(self.count, "row repeats", "rows repeat")
         if self.are_identical:
-            said = f"{repeat} another row, with the same time and the same values"
+            said = f"{repeat} another row: the time and all values are equal"
             return info("times_repeated", said, count=self.count, identical=True)
         said = f"{repeat} the time of another row: the time column has too few digits"
         return warning("times_repeated", said, count=self.count, identical=False)
@@ -419,6 +434,6 @@ def _names(names: Sequence[str]) -> list[str]:
 
 
 _WHY_LEFT_OUT = {
-    Reason.BESIDE_A_TABLE: "A table beside them has all columns.",
-    Reason.NO_COLUMN: "They have more than one axis: write one value for each time.",
+    Reason.BESIDE_A_TABLE: "Another table in the file contains all columns",
+    Reason.NO_COLUMN: "They have more than one axis: write one value for each time",
 }

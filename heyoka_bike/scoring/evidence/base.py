@@ -1,8 +1,8 @@
 """Base class of evidence: a code, a severity, values, and the sentence made from them.
 
-Evidence describes one thing seen in a result file, as numbers, complete names and places. `verdict`
-and `requirements` decide by its class and its fields. Its sentence is only for people: no decision
-depends on it.
+Evidence describes one observation about a result file by numbers, complete names and places.
+`verdict` and `requirements` use its class and its fields. Its sentence is only for people: no
+decision depends on it.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -15,8 +15,8 @@ MAX_LOG10_ODDS = 6
 """Decimal logarithm of the largest odds in a sentence."""
 
 Errors = tuple[float | None, ...]
-"""The largest absolute error of a column in each maneuver that has it [SI unit]; None without a
-value."""
+"""The largest absolute error of a column in each maneuver that contains it [SI unit]; None if the
+column has no value there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,9 +79,10 @@ class LostColumn:
     name
         Its complete name in the file; a column without a name has its place (``2.roll_angle``).
     key
-        The known column that it is, or whose name resembles its own; None if there is none.
+        Key of the known column that it is, or of the one with the most similar name; None if no
+        known column has such a name.
     maneuver
-        Number of its maneuver; None if the maneuver is unknown, or if it belongs to all.
+        Number of its maneuver; None if the maneuver is unknown, or if the column belongs to all.
     """
 
     name: str
@@ -91,7 +92,7 @@ class LostColumn:
 
 @dataclass(frozen=True, slots=True)
 class Odds:
-    """Odds of the definition of a column against the likeliest other one.
+    """Odds of the definition of a column against the likeliest other definition.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Evidence about what the columns mean: definitions, signs, units and zeros."""
+"""Evidence about the meaning of columns: definitions, signs, units and zeros."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ _TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is 
 
 @dataclass(frozen=True, slots=True)
 class TakenDefinition:
-    """A column, and the definition that it is taken as.
+    """A column, and the definition by which it is read.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class TakenDefinition:
     odds : Odds or None
         None if the odds are unknown.
     may_also_be
-        Definitions that fit as well.
+        Other definitions that fit as well.
     """
 
     key: str
@@ -60,7 +60,7 @@ class WholeTurns(Evidence):
     def message(self) -> str:
         are = "is" if len(self.keys) == 1 else "are"
         return (
-            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn, which is no error: "
+            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn, which is not an error: "
             "whole turns were added where the values jump"
         )
 
@@ -78,8 +78,8 @@ class ScalarLast(Evidence):
 
     def message(self) -> str:
         return (
-            f"The quaternion of the {self.end} frame has its scalar last (x, y, z, w), which is no "
-            "error: it was read in this order"
+            f"The quaternion of the {self.end} frame has its scalar last (x, y, z, w), which is "
+            "not an error: it was read in this order"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -88,7 +88,7 @@ class ScalarLast(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class PathTurned(Evidence):
-    """The path on the floor starts in another direction [rad]; it was turned back."""
+    """The path on the floor starts at a heading [rad] other than zero; it was rotated to zero."""
 
     heading: float
 
@@ -96,8 +96,8 @@ class PathTurned(Evidence):
 
     def message(self) -> str:
         return (
-            f"The path on the floor starts at a heading of {self.heading:.6g} rad, which is no "
-            "error: the positions were turned back"
+            f"The path on the floor starts at a heading of {self.heading:.6g} rad, which is not an "
+            "error: the positions were rotated to a heading of zero"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -106,15 +106,16 @@ class PathTurned(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Conventions(Evidence):
-    """All conventions of a file that are not the default ones.
+    """The file follows conventions other than the default ones.
 
     Attributes
     ----------
     turned
-        Columns with the other sign.
+        Columns with the opposite sign.
     units, offsets
         Unit, and offset of the zero [SI unit], by column key.
     definitions : tuple of TakenDefinition
+        Columns with other definitions than the default.
     are_signs_contradicted
         True if the signs of further columns contradict each other.
     """
@@ -134,10 +135,10 @@ class Conventions(Evidence):
             *_zeros(self.offsets),
             *(f"{d.key} is {d.definition}{_in_brackets(taken_words(d))}" for d in self.definitions),
         ]
-        others = "else but the signs that are warned of" if self.are_signs_contradicted else "else"
+        others = ", except the signs in the warning," if self.are_signs_contradicted else ""
         return (
-            f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
-            f"{others} is as by default. Errors are stated with these conventions applied"
+            f"The file uses its own conventions, which are not errors: {'; '.join(said)}. "
+            f"Everything else{others} is the default. All errors allow for these conventions"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -151,13 +152,14 @@ class Conventions(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Convention(Evidence):
-    """A choice by which one column is read, and the errors with it and without any.
+    """Base of the conventions of one column.
 
     Attributes
     ----------
     key
     errors, errors_as_written
-        Errors as understood, and errors if read as the default definition in SI units.
+        Errors with the convention applied, and errors if the column is read by the default
+        definition in SI units.
     """
 
     key: str
@@ -167,7 +169,16 @@ class Convention(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherDefinition(Convention):
-    """Another definition than the default, with the errors of the latter."""
+    """A column follows a definition other than the default.
+
+    Attributes
+    ----------
+    taken : TakenDefinition
+    default
+        Name of the default definition.
+    errors_of_default
+        Errors if the column is read by the default definition.
+    """
 
     taken: TakenDefinition
     default: str
@@ -179,8 +190,8 @@ class OtherDefinition(Convention):
         taken = self.taken
         sure = f", {odds_words(taken.odds)}" if taken.odds else ""
         return (
-            f"{self.key} is {taken.definition}{sure}: errors {errors_words(self.errors)}, against "
-            f"{errors_words(self.errors_of_default)} for the default {self.default}"
+            f"{self.key} is {taken.definition}{sure}: errors {errors_words(self.errors)}, instead "
+            f"of {errors_words(self.errors_of_default)} for the default {self.default}"
             f"{_in_brackets(open_words(taken.may_also_be))}"
         )
 
@@ -190,14 +201,14 @@ class OtherDefinition(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherSign(Convention):
-    """The other sign."""
+    """A column has the opposite sign."""
 
     code = "sign"
 
     def message(self) -> str:
         return (
-            f"{self.key} has the other sign: errors {errors_words(self.errors)} with it turned "
-            "round"
+            f"{self.key} has the opposite sign: errors {errors_words(self.errors)} after the sign "
+            "is flipped"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -206,7 +217,7 @@ class OtherSign(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherUnit(Convention):
-    """Another unit than that of the default."""
+    """A column is in a unit other than the default."""
 
     unit: str
     default: str
@@ -215,7 +226,7 @@ class OtherUnit(Convention):
 
     def message(self) -> str:
         errors = errors_words(self.errors)
-        return f"{self.key} is in {self.unit}, not {self.default}: errors {errors} in the latter"
+        return f"{self.key} is in {self.unit}, not {self.default}: errors {errors} {self.default}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {**_of_convention(self), "unit": self.unit}
@@ -223,7 +234,7 @@ class OtherUnit(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherZero(Convention):
-    """Another zero: the constant that the values have too much [SI unit]."""
+    """The values of a column exceed the exact values by a constant [SI unit]: another zero."""
 
     offset: float
 
@@ -232,8 +243,8 @@ class OtherZero(Convention):
     def message(self) -> str:
         errors = errors_words(self.errors)
         return (
-            f"{self.key} has another zero, {_off(self.key, self.offset)}: errors {errors} without "
-            "that constant"
+            f"{self.key} has another zero, {_off(self.key, self.offset)}: errors {errors} after "
+            "this constant is subtracted"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -242,7 +253,7 @@ class OtherZero(Convention):
 
 @dataclass(frozen=True, slots=True)
 class UnitContradicted(Evidence):
-    """The heading of a column names one unit, and its values are in another."""
+    """The heading of a column names one unit, but its values are in another."""
 
     key: str
     heading: str
@@ -253,8 +264,8 @@ class UnitContradicted(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key}: its heading says {self.heading}, but its values are in {self.unit}. One "
-            "of them is wrong; here they are taken as what they fit"
+            f"{self.key}: the heading names the unit {self.heading}, but the values are in "
+            f"{self.unit}, and are read so. Correct the heading or the values"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -263,7 +274,7 @@ class UnitContradicted(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SignContradiction(Evidence):
-    """Columns whose signs no choice of axes and senses gives."""
+    """The signs of columns contradict each other: no choice of axes gives these signs."""
 
     keys: tuple[str, ...]
 
@@ -273,9 +284,9 @@ class SignContradiction(Evidence):
     def message(self) -> str:
         if len(self.keys) == 2:
             one, other = self.keys
-            return f"{one} and {other} have opposite signs: one of them is turned round"
-        said = f"{named(self.keys)} have signs that no axes give together: some are turned round"
-        return said + (", or they are of an inverse attitude" if "frame_" in self.keys[0] else "")
+            return f"{one} and {other} have opposite signs: the sign of one of them is wrong"
+        said = f"{named(self.keys)} have signs that no axes give together: some signs are wrong"
+        return said + (", or the attitude is inverse" if "frame_" in self.keys[0] else "")
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
@@ -283,7 +294,7 @@ class SignContradiction(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SensesOpposed(Evidence):
-    """Roll is positive to the left and steer to the right, which few axes give."""
+    """Roll is positive to the left but steer to the right, which only a few sets of axes give."""
 
     keys: tuple[str, ...]
 
@@ -292,10 +303,9 @@ class SensesOpposed(Evidence):
 
     def message(self) -> str:
         return (
-            "roll and steer have opposite senses: roll is positive to the left, steer to the "
-            "right. Right-handed axes give this only if one points backward and another down "
-            "(with x forward and z up it is steer that turns round): if yours are not so, one of "
-            "the two has a sign error"
+            "Roll is positive to the left, but steer to the right. Right-handed axes give this "
+            "only if one points backward and another down. Otherwise roll or steer has a sign "
+            "error (with x forward and z up: steer)"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -304,16 +314,17 @@ class SensesOpposed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class DefinitionUnknown(Evidence):
-    """A column of no definition that is known here, beside others that are right.
+    """A column fits no known definition, while the other columns are right.
 
     Attributes
     ----------
     key
     nearest
-        The nearest definition.
+        The nearest known definition.
     log10_odds
-        Decimal logarithm of the odds of that definition against all unknown ones.
+        Decimal logarithm of the odds of that definition against all unknown definitions.
     errors : Errors
+        Errors with the nearest definition.
     digits_of_others
         Correct digits of the worst other column.
     """
@@ -330,12 +341,12 @@ class DefinitionUnknown(Evidence):
     def message(self) -> str:
         sure = ""
         if self.log10_odds < 0.0:
-            sure = f", {ratio_words(-self.log10_odds)}"
+            sure = f" (odds {ratio_words(-self.log10_odds)})"
         return (
-            f"{self.key}: a definition of its own? None that is known here gives this "
-            f"column{sure}; the other columns have {floor(self.digits_of_others)} digits or more. "
-            f"The nearest definition is {self.nearest}, with errors {errors_words(self.errors)}. "
-            "This column is of another point or axis, or written wrongly: say what it is"
+            f"{self.key} fits no known definition{sure}, although the other columns have "
+            f"{floor(self.digits_of_others)} correct digits or more. The nearest is "
+            f"{self.nearest}, with errors {errors_words(self.errors)}. Check which point and axis "
+            "the column is for, and how it is written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -348,18 +359,18 @@ class DefinitionUnknown(Evidence):
 
 
 def _senses(turned: Sequence[str]) -> Iterable[str]:
-    """State the positive direction of the columns with the other sign."""
+    """State the positive direction of the columns with the opposite sign."""
     left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
     if left:
         yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
-        yield f"{named(others, KEYS_NAMED)} with the other sign, as in other axes"
+        yield f"{named(others, KEYS_NAMED)} with the opposite sign, as in other axes"
 
 
 def in_units(units: Mapping[str, str]) -> Iterable[str]:
-    """Units of columns, as "roll_angle, steer_angle in degree"."""
+    """Format the units of columns, as "roll_angle, steer_angle in degree"."""
     for unit in dict.fromkeys(units.values()):
         keys = [key for key, u in units.items() if u == unit]
         yield f"{named(keys, KEYS_NAMED)} in {unit}"
@@ -378,7 +389,7 @@ def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
 
 
 def _off(key: str, offset: float) -> str:
-    """An offset with its sign and the unit of the column."""
+    """Format an offset with its sign and the unit of the column."""
     return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
 
 
@@ -395,6 +406,6 @@ def _of_convention(e: Convention) -> dict[str, Any]:
 
 
 def taken_words(taken: TakenDefinition) -> str:
-    """Return the odds of a definition, and what else it may be."""
+    """Format the odds of a definition, and the other definitions that fit as well."""
     odds = odds_words(taken.odds) if taken.odds else ""
     return ", ".join(x for x in (odds, open_words(taken.may_also_be)) if x)

@@ -10,14 +10,14 @@ from heyoka_bike.scoring.findings import Severity, maneuvers, named
 
 @dataclass(frozen=True, slots=True)
 class TimeShift(Evidence):
-    """All times are off by a constant.
+    """All times are late, or early, by the same constant.
 
     Attributes
     ----------
     shift
         Delay of the times [s]; negative if they are early.
     begins_at_start
-        True if the first row holds the initial state.
+        True if the first row contains the initial state.
     """
 
     shift: float
@@ -27,12 +27,12 @@ class TimeShift(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        starts = f"; the first row, at {self.shift:.6g} s, holds the initial state"
+        starts = f"; the first row, at {self.shift:.6g} s, contains the initial state"
         return (
             f"All times are {abs(self.shift):.9g} s too {'late' if self.shift > 0 else 'early'}: "
-            f"with that taken {'off' if self.shift > 0 else 'into account'} the motion "
-            f"fits{starts if self.begins_at_start else ''}. The errors here are those at the times "
-            "as written"
+            f"if {'subtracted' if self.shift > 0 else 'added'}, the motion "
+            f"fits{starts if self.begins_at_start else ''}. The errors listed here are for the "
+            "times as written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -41,7 +41,7 @@ class TimeShift(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class StoppedEarly(Evidence):
-    """The diagnosis ended before every cause was tried, as its time was spent.
+    """The diagnosis reached its time limit before it had tried every cause.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ class StoppedEarly(Evidence):
 
     def message(self) -> str:
         return (
-            f"Stopped early: {self.seconds:g} s of processor time were spent before every cause "
-            "was tried. One that was not tried may explain the file as well or better. For more "
-            "time: --budget, or budget= in Python"
+            f"Stopped early: the limit of {self.seconds:g} s of processor time was reached before "
+            "every cause was tried. An untried cause may explain the file as well or better. To "
+            "allow more time, use --budget, or budget= in Python"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -67,14 +67,14 @@ class StoppedEarly(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class CoveredInPart(Evidence):
-    """Parts of the run that no complete rows show.
+    """Complete rows cover only a part of the run.
 
     Attributes
     ----------
     maneuvers
         Numbers of the maneuvers with these rows.
     t_start, t_end, gap
-        First and last complete row, and the longest time without one [s].
+        Times of the first and the last complete row, and the longest time between two [s].
     has_holes
         True if the missing parts lie between rows.
     """
@@ -89,10 +89,10 @@ class CoveredInPart(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        rows = f"complete rows of maneuver {', '.join(map(str, self.maneuvers))}"
-        said = f"{rows} cover {self.t_start:.6g} to {self.t_end:.6g} s only; the rest of the run is"
+        rows = f"The complete rows of {maneuvers(self.maneuvers)}"
+        said = f"{rows} cover only {self.t_start:.6g} to {self.t_end:.6g} s; the rest of the run is"
         if self.has_holes:
-            said = f"{rows} are up to {self.gap:.3g} s apart; what the motion does meanwhile is"
+            said = f"{rows} are up to {self.gap:.3g} s apart; the motion between them is"
         return f"{said} not judged"
 
     def numbers(self) -> Mapping[str, Any]:
@@ -106,7 +106,7 @@ class CoveredInPart(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergyHidesError(Evidence):
-    """The energy is within the limit of eq. (1) although something else is visibly wrong.
+    """The energy is within the limit of eq. (1), although another column is visibly wrong.
 
     Attributes
     ----------
@@ -129,9 +129,9 @@ class EnergyHidesError(Evidence):
         worst = self.max_rel_error
         part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
         return (
-            f"{maneuvers(self.maneuvers)}: the energy is within the limit of eq. (1), and yet "
-            f"{self.key} is wrong by up to {part} % of its scale; energy alone does not show this "
-            "error"
+            f"{maneuvers(self.maneuvers).capitalize()}: the energy is within the limit of eq. (1), "
+            f"but {self.key} is wrong by up to {part} % of its scale. The energy alone does not "
+            "show this error"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -146,7 +146,14 @@ class EnergyHidesError(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergySum(Evidence):
-    """Potential plus kinetic energy is not the mechanical energy; the largest difference [J]."""
+    """The sum of potential and kinetic energy differs from the mechanical energy.
+
+    Attributes
+    ----------
+    maneuvers
+    energy_sum, floor
+        The largest difference, and the difference that rounding explains [J].
+    """
 
     maneuvers: tuple[int, ...]
     energy_sum: float
@@ -157,8 +164,8 @@ class EnergySum(Evidence):
 
     def message(self) -> str:
         return (
-            f"{maneuvers(self.maneuvers)}: potential plus kinetic energy differs from the "
-            f"mechanical energy by up to {self.energy_sum:.2g} J; rounding explains "
+            f"{maneuvers(self.maneuvers).capitalize()}: potential plus kinetic energy differs from "
+            f"the mechanical energy by up to {self.energy_sum:.2g} J; rounding explains only "
             f"{self.floor:.2g} J"
         )
 
@@ -169,7 +176,15 @@ class EnergySum(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RateContradiction(Evidence):
-    """A rate that is not the derivative of its own angle; root mean square [rad/s]."""
+    """A rate is not the derivative of its own angle.
+
+    Attributes
+    ----------
+    maneuvers
+    key
+    rms_difference
+        Root mean square of the difference between the rate and that derivative [rad/s].
+    """
 
     maneuvers: tuple[int, ...]
     key: str
@@ -180,9 +195,9 @@ class RateContradiction(Evidence):
 
     def message(self) -> str:
         return (
-            f"{maneuvers(self.maneuvers)}: {self.key} is not the derivative of its own angle, "
-            f"which is much better than it: up to {self.rms_difference:.2g} rad/s apart (root mean "
-            "square)"
+            f"{maneuvers(self.maneuvers).capitalize()}: {self.key} is not the derivative of its "
+            f"own angle: they differ by up to {self.rms_difference:.2g} rad/s (root mean square). "
+            "The angle is much more accurate"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -195,15 +210,16 @@ class RateContradiction(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SinglePrecision(Evidence):
-    """Numbers of single precision.
+    """The values are single-precision numbers, or were computed from such numbers.
 
     Attributes
     ----------
     keys
     is_written
-        True if the written values are such numbers; False if only intermediate values were.
+        True if the written values are single-precision numbers; False if only intermediate values
+        were.
     are_all
-        True if all values are such numbers; False if most are.
+        True if all values are single-precision numbers; False if most are.
     """
 
     keys: tuple[str, ...]
@@ -216,15 +232,14 @@ class SinglePrecision(Evidence):
     def message(self) -> str:
         if self.is_written:
             return (
-                f"{'All' if self.are_all else 'Most'} values are single-precision numbers, good to "
-                "seven digits, however many are written: an error of 1e-7 of a value, or one that "
-                "grows from that, is the arithmetic and not the model; compute and store in "
-                "double precision"
+                f"{'All' if self.are_all else 'Most'} values are single-precision numbers, which "
+                "have seven digits. An error of 1e-7 of a value, or one that grows from it, comes "
+                "from the arithmetic, not from the model. Compute and store in double precision"
             )
         return (
-            "The values jump from row to row by some 1e-7 of their size, as numbers of single "
-            "precision on the way leave them: this is the arithmetic and not the model; compute in "
-            "double precision throughout"
+            "The values jump from row to row by about 1e-7 of their size, as if computed from "
+            "single-precision numbers. This comes from the arithmetic, not from the model. Compute "
+            "in double precision throughout"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -233,7 +248,7 @@ class SinglePrecision(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class FewDigits(Evidence):
-    """Columns whose error is that of the digits written."""
+    """The error of these columns is no larger than rounding to the digits written."""
 
     keys: tuple[str, ...]
     significant_digits: int
@@ -243,8 +258,8 @@ class FewDigits(Evidence):
     def message(self) -> str:
         digits = self.significant_digits
         return (
-            f"{named(self.keys)}: the error is that of the digits written ({digits} in the column "
-            "with the fewest); write 17 to show what the program can do"
+            f"{named(self.keys)}: the error is the rounding to the digits written ({digits} in the "
+            "column with the fewest). Write 17 digits to show the accuracy of the program"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""Evidence about the shape of an error whose cause is not known."""
+"""Evidence about the shape of an error with an unknown cause."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,28 +13,28 @@ _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
 @dataclass(frozen=True, slots=True)
 class TooFar(Evidence):
-    """Half of the columns or more are off by half their own size: hardly any motion is left."""
+    """Half of the columns or more are off by at least half of their scale."""
 
     code = "too_far"
 
     def message(self) -> str:
         return (
-            "Half of the columns or more are off by half their own size, so that their error says "
-            "nothing: look at the first rows, whether the columns are those of the benchmark, in "
-            "its order and units, and at a run that is short"
+            "Half of the columns or more are off by half their own size, too much for a diagnosis. "
+            "Check the first rows, and that the columns are the benchmark's, in its order and "
+            "units. Try a short run"
         )
 
 
 @dataclass(frozen=True, slots=True)
 class BlownUp(Evidence):
-    """A motion that blows up.
+    """The motion blows up.
 
     Attributes
     ----------
     maneuver, key
-        The column that is off the most.
+        The column with the largest error.
     time
-        Time from which its error is half its size [s].
+        Time from which its error exceeds half of its scale [s].
     max_rel_error
         Its largest error relative to the scale.
     """
@@ -49,9 +49,9 @@ class BlownUp(Evidence):
 
     def message(self) -> str:
         return (
-            f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by "
-            f"{self.max_rel_error:.2g} times its size, and by half of it from {self.time:.3g} s "
-            "on. Compare the rows before: what follows says nothing"
+            f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by up to "
+            f"{self.max_rel_error:.2g} times its size, and by more than half of it from "
+            f"{self.time:.3g} s on. Compare only the rows before that time"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -65,7 +65,7 @@ class BlownUp(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ErrorOfRounding(Evidence):
-    """No column is off by more than what rounding leaves of a run, in scales."""
+    """The largest error, relative to the scale, is no larger than rounding causes in a run."""
 
     max_rel_error: float
 
@@ -73,9 +73,9 @@ class ErrorOfRounding(Evidence):
 
     def message(self) -> str:
         return (
-            f"The error is {self.max_rel_error:.1g} of the scale at the most: that is what "
-            "rounding leaves of a run in binary64 arithmetic. If it does not fall with the "
-            f"tolerance or the step ({_BOTH_TOLERANCES}), it is the arithmetic, and not the model"
+            f"The error is at most {self.max_rel_error:.1g} of the scale, as small as rounding of "
+            "binary64 arithmetic during a run. If it does not fall with the tolerance or the step "
+            f"({_BOTH_TOLERANCES}), it is the arithmetic, not the model"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -84,22 +84,22 @@ class ErrorOfRounding(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TooFewRows(Evidence):
-    """So few rows that the error has no shape."""
+    """The file has too few rows to show the shape of the error."""
 
     code = "cannot_tell"
 
     def message(self) -> str:
-        return "So few rows do not show what the error looks like"
+        return "There are too few rows to show the shape of the error. Write more rows"
 
 
 @dataclass(frozen=True, slots=True)
 class SmoothError(Evidence):
-    """An error that is smooth, as an integrator, another model or other times leave it.
+    """The error is smooth, as from an integrator, a different model or wrong times.
 
     Attributes
     ----------
     missing : tuple of str
-        Columns of the state that the file lacks and that checking the equations needs.
+        Columns of the state that are needed to check the equations of motion, but are missing.
     """
 
     missing: tuple[str, ...] = ()
@@ -113,8 +113,7 @@ class SmoothError(Evidence):
         )
         if self.missing:
             said += (
-                f". With {named(self.missing)} in the file, the equations of motion could be "
-                "checked"
+                f". To have the equations of motion checked, add {named(self.missing)} to the file"
             )
         return said
 
@@ -124,13 +123,13 @@ class SmoothError(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class WorkFromStart(Evidence):
-    """Work that is done from the first row on, where gravity does none.
+    """From the first row on the kinetic energy changes, although gravity does no work there.
 
     Attributes
     ----------
     powers, forces
-        By maneuver number: the power with which the kinetic energy begins to change [W], and the
-        force along the motion [N].
+        By maneuver number: the initial rate of change of the kinetic energy [W], and the force
+        along the motion with this power [N].
     """
 
     powers: Mapping[int, float]
@@ -143,9 +142,9 @@ class WorkFromStart(Evidence):
         each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in self.powers.items())
         forces = ", ".join(f"{x:.3g} N" for x in self.forces.values())
         return (
-            f"From the first row on the kinetic energy changes by {each}, where gravity does no "
-            f"work, as a force of {forces} along the motion does: drag, wind, a slope or a drive. "
-            "An integrator's share falls with its step"
+            f"From the first row on the kinetic energy changes by {each}, but gravity does no work "
+            f"there. A force of {forces} along the motion does: drag, wind, a slope or a drive. If "
+            "it falls with the step, it is the integrator"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -157,13 +156,13 @@ class WorkFromStart(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Unsymmetric(Evidence):
-    """An error that begins alike in two maneuvers, though the roll rate of one is far larger.
+    """An error begins alike in two maneuvers, although their initial roll rates differ greatly.
 
     Attributes
     ----------
     key
     small, large
-        The numbers of the maneuvers with the small and the large roll rate.
+        The numbers of the maneuvers with the small and the large initial roll rate.
     times
         Ratio of the error in `large` to the error in `small`.
     """
@@ -178,10 +177,9 @@ class Unsymmetric(Evidence):
 
     def message(self) -> str:
         return (
-            f"The error of {self.key} begins in maneuver {self.large} with {self.times:.2g} times "
-            f"what it is in maneuver {self.small}, whose roll rate is far smaller. So something "
-            "moves the upright bicycle to one side (a mass, an axis, a torque, wind, a slope), or "
-            "a friction has a size of its own"
+            f"The error of {self.key} begins in maneuver {self.large} only {self.times:.2g} times "
+            f"as large as in maneuver {self.small}, which has a far smaller roll rate. Look for an "
+            "asymmetry (mass, axis, torque, wind, slope) or a constant friction"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -190,14 +188,14 @@ class Unsymmetric(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class BeginsAs(Evidence):
-    """An error of angles that begins as a power of the time.
+    """The error of angles begins in proportion to a power of the time.
 
     Attributes
     ----------
     keys : tuple of str
     order
-        1 for another initial rate, other times or an integrator; 2 for a force or another initial
-        speed; 3 for a force that is zero at the start. Higher orders count as 3.
+        The power. 1 indicates a wrong initial rate, wrong times or an integrator; 2 a force or a
+        wrong initial speed; 3 a force that is zero at the start. Higher powers count as 3.
     maneuvers
     """
 
@@ -213,16 +211,16 @@ class BeginsAs(Evidence):
         rates = " or ".join(key.replace("angle", "rate") for key in self.keys)
         why = {
             1: (
-                f"another first {rates}, other times, or a stiff force that acts within the first "
-                "rows"
+                f"a wrong initial {rates}, wrong times, or a stiff force that acts within the "
+                "first rows"
             ),
-            2: "a force or a term that acts from the first row on, or another speed",
+            2: "a force or a term that acts from the first row on, or a wrong initial speed",
             3: "a force or a term that is zero upright and straight, or one that sets in later",
         }[self.order]
         many = len(self.keys) > 1
         return (
             f"The error{'s' * many} of {' and '.join(self.keys)} of {maneuvers(self.maneuvers)} "
-            f"begin{'s' * (not many)} in proportion to {power}, as with {why}"
+            f"begin{'s' * (not many)} in proportion to {power}. Typical causes: {why}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -232,7 +230,7 @@ class BeginsAs(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergyTrend(Evidence):
-    """A mechanical energy that falls or grows steadily in every maneuver.
+    """The mechanical energy falls or grows steadily in every maneuver.
 
     Attributes
     ----------
@@ -250,29 +248,30 @@ class EnergyTrend(Evidence):
         changes = dict(zip(each, self.changes, strict=True))
         if max(self.changes) > 0.0:
             said = (
-                f"The mechanical energy grows steadily{every}, as with a drive in the model, or an "
-                "explicit method of low order, whose share falls with its step"
+                f"The mechanical energy grows steadily{every}, as with a drive in the model or an "
+                "explicit method of low order. If the growth falls with the step, it is the method"
             )
             return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
         said = (
-            f"The mechanical energy falls steadily{every}, as with a damper, drag or a contact "
-            "that slips, or with numerical damping, which alone falls with the step or the "
-            "tolerance"
+            f"The mechanical energy falls steadily{every}, as with a damper, drag, a slipping "
+            "contact or numerical damping. If a smaller step or tolerance reduces the loss, it is "
+            "numerical damping"
         )
         return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
 
 
 @dataclass(frozen=True, slots=True)
 class EnergyVaries(Evidence):
-    """A mechanical energy that changes, and not steadily in every maneuver.
+    """The mechanical energy changes, but not steadily in every maneuver.
 
     Attributes
     ----------
     largest : mapping of int to (float, float)
         By maneuver number: the largest change since the first row [J], and its time [s]. Only
-        maneuvers that show a change.
+        maneuvers with a change are included.
     until
-        Time from which the energy stays constant in all of these [s]; None if it does not.
+        Time from which the energy is constant in all these maneuvers [s]; None if there is no
+        such time.
     """
 
     largest: Mapping[int, tuple[float, float]]
@@ -284,15 +283,16 @@ class EnergyVaries(Evidence):
         if self.until is not None:
             each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in self.largest.items())
             return (
-                f"The mechanical energy changes before {self.until:.3g} s only, by up to {each}, "
-                "and then stays: look at what acts, or is ramped, in that time"
+                f"The mechanical energy changes only before {self.until:.3g} s, by up to {each}. "
+                "Look at what acts, or is ramped, in that time"
             )
         each = ", ".join(
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
         )
         return (
-            f"The mechanical energy changes by up to {each}. A force does work, or stores energy "
-            "that is not in the sum; or it is an integrator's error, which falls with its step"
+            f"The mechanical energy changes by up to {each}. If the change falls with the step, it "
+            "is the integrator. Otherwise a force does work, or stores energy that is missing from "
+            "the sum"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -303,16 +303,16 @@ class EnergyVaries(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ContactYields(Evidence):
-    """A potential energy that falls by the same amount at the beginning of every maneuver.
+    """The potential energy falls by the same amount at the beginning of every maneuver.
 
     Attributes
     ----------
     energy
         The amount [J].
     time
-        The time until which it falls [s].
+        The time at which it stops falling [s].
     constant
-        Time constant of the contact: the root of its depth over gravity [s].
+        Time constant of the contact: the square root of its depth over gravity [s].
     """
 
     energy: float
@@ -324,9 +324,9 @@ class ContactYields(Evidence):
     def message(self) -> str:
         return (
             f"In every maneuver the potential energy falls by {self.energy:.2g} J within "
-            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. The "
-            "contact yields, and the wheels slip. Make contact and friction stiffer "
-            "(docs/how-to/engines.md); a smaller step alone does not help"
+            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. Make "
+            "contact and friction stiffer (docs/how-to/engines.md); a smaller step alone does not "
+            "help"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -335,14 +335,14 @@ class ContactYields(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergyKept(Evidence):
-    """A mechanical energy that stays, while its parts are wrong in every maneuver.
+    """The mechanical energy is constant, while its parts are wrong in every maneuver.
 
     Attributes
     ----------
     left
-        The largest change [J].
+        The largest change of the mechanical energy [J].
     exchanged : mapping of int to float
-        By maneuver number: the error of the parts [J].
+        By maneuver number: the error of the potential and the kinetic energy [J].
     """
 
     left: float
@@ -353,8 +353,9 @@ class EnergyKept(Evidence):
     def message(self) -> str:
         most = max(self.exchanged.values())
         return (
-            f"The mechanical energy keeps to {self.left:.2g} J, while its parts are off by up to "
-            f"{most:.2g} J. A damper, drag, friction or a drive in the motion would change it"
+            f"The mechanical energy is constant to {self.left:.2g} J, while its parts are off by "
+            f"up to {most:.2g} J. So the cause is not a damper, drag, friction or a drive, which "
+            "would change it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -364,11 +365,12 @@ class EnergyKept(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RoughError(Evidence):
-    """Columns (``2.roll_angle``) whose error is noise, far above the digits written.
+    """The error of columns is noise, far above the digits written.
 
     Attributes
     ----------
     places : tuple of str
+        The columns (``2.roll_angle``).
     are_all
         True if noise is most of the error in most columns; False if it is only a part.
     """
@@ -381,9 +383,9 @@ class RoughError(Evidence):
     def message(self) -> str:
         whose = "The error" if self.are_all else f"A part of the error of {named(self.places)}"
         return (
-            f"{whose} jumps from row to row like noise, far above the digits written, which no "
-            "step size makes: look for single-precision numbers on the way, random terms, or a "
-            "loose tolerance of the iterations"
+            f"{whose} jumps from row to row like noise, far above the digits written. The step "
+            "size is not the cause: look for single-precision numbers, random terms, or a loose "
+            "tolerance of iterations"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -392,7 +394,7 @@ class RoughError(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class StepRinging(Evidence):
-    """Maneuvers whose rates alternate from row to row."""
+    """The rates of maneuvers alternate up and down from row to row."""
 
     maneuvers: tuple[int, ...]
 
@@ -400,9 +402,9 @@ class StepRinging(Evidence):
 
     def message(self) -> str:
         return (
-            "The velocities alternate from row to row, as the trapezoidal rule leaves them where "
-            "nothing damps the highest frequency: accelerations that are consistent at the start, "
-            "or a little numerical damping"
+            "The velocities alternate from row to row, as with the trapezoidal rule if nothing "
+            "damps the highest frequency. Start with consistent accelerations, or add a little "
+            "numerical damping"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -411,7 +413,7 @@ class StepRinging(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class IterationNoise(Evidence):
-    """Maneuvers whose rates jump from row to row, much more than their angles."""
+    """The rates of maneuvers jump from row to row, much more than the angles."""
 
     maneuvers: tuple[int, ...]
 
@@ -419,11 +421,9 @@ class IterationNoise(Evidence):
 
     def message(self) -> str:
         return (
-            "The velocities jump from row to row, much more than the angles, as a loose tolerance "
-            "of the Newton iterations in each step makes them, or impulses of a contact: tighten "
-            "it until the energy's error is smooth (a smaller step does not help); if it stays "
-            "rough, it is the contact or the friction, or, where the jumps are below 1e-8 of the "
-            "scale, rounding divided by the step"
+            "The velocities jump from row to row, much more than the angles. Tighten the Newton "
+            "tolerance; a smaller step does not help. If the jumps remain, check contact and "
+            "friction, or rounding if they are below 1e-8 of the scale"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -432,7 +432,7 @@ class IterationNoise(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SinglePrecisionBeside(Evidence):
-    """Numbers of single precision, beside an error that is far larger."""
+    """The values are single-precision numbers, but the error is far larger than their rounding."""
 
     single: SinglePrecision
 
@@ -440,7 +440,7 @@ class SinglePrecisionBeside(Evidence):
 
     def message(self) -> str:
         said = self.single.message()
-        return f"{said}. The error is far larger: another cause comes before this one"
+        return f"{said}. But the error is far larger: look for another cause first"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.single.keys)}
@@ -448,12 +448,12 @@ class SinglePrecisionBeside(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class FallsOver(Evidence):
-    """A bicycle that falls over, where the exact one does not.
+    """The bicycle falls over, although the exact one does not.
 
     Attributes
     ----------
     times : mapping of int to float
-        By maneuver number: the time at which the lean passes a quarter turn [s].
+        By maneuver number: the time at which the lean exceeds a quarter turn [s].
     """
 
     times: Mapping[int, float]
@@ -464,8 +464,8 @@ class FallsOver(Evidence):
     def message(self) -> str:
         times = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in self.times.items())
         return (
-            f"The bicycle falls over: its lean passes 90 degrees {times}. Compare the first tenths "
-            "of a second: contact, friction or step there, for what follows is another motion"
+            f"The bicycle falls over: its lean exceeds 90 degrees {times}. Check contact, friction "
+            "and step size in the first tenths of a second, and ignore the later rows"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -474,7 +474,7 @@ class FallsOver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RightElsewhere(Evidence):
-    """Some maneuvers are right, and what was found is about the others alone.
+    """Some maneuvers are right; the diagnosis is about the other maneuvers only.
 
     Attributes
     ----------
@@ -491,12 +491,11 @@ class RightElsewhere(Evidence):
     code = "right_elsewhere"
 
     def message(self) -> str:
-        is_are, it_they = ("is", "it") if len(self.wrong) == 1 else ("are", "them")
+        is_are = "is" if len(self.wrong) == 1 else "are"
         return (
-            f"Only {maneuvers(self.wrong)} {is_are} wrong, and what is said here is about "
-            f"{it_they} alone: the largest error of {maneuvers(self.right)} is "
-            f"{self.max_rel_error:.1g} of the scale. So look at what your program does, or is "
-            "given, otherwise there"
+            f"Only {maneuvers(self.wrong)} {is_are} wrong: the largest error of "
+            f"{maneuvers(self.right)} is {self.max_rel_error:.1g} of the scale. So look for input "
+            f"or settings of your program that differ in {maneuvers(self.wrong)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -506,7 +505,7 @@ class RightElsewhere(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class NotDiagnosed(Evidence):
-    """Columns beside the benchmark's that are wrong where those are, too."""
+    """Columns that the benchmark does not define are wrong, and so are the benchmark's."""
 
     keys: tuple[str, ...]
 
@@ -514,8 +513,8 @@ class NotDiagnosed(Evidence):
 
     def message(self) -> str:
         return (
-            f"{named(self.keys)}: not right either, and not diagnosed, as programs with mistakes "
-            "are simulated for the benchmark's columns only; begin with those"
+            f"{named(self.keys)}: also wrong, but not diagnosed. Only the benchmark's columns are "
+            "diagnosed; begin with those"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""Evidence of faults in the output of a motion: other times, rows, columns, bounds."""
+"""Evidence of faults in the output of a motion: wrong times, rows or columns, or clipped values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 
 _PART_OF_A_ROW = 0.05
-"""Smaller shifts are not stated in rows."""
+"""Smallest shift, in rows, that the message also states in rows."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoarseGrid(Evidence):
-    """A column whose values are multiples of a step that is far coarser than its digits.
+    """All values of a column are multiples of a step that is far coarser than its digits.
 
     Attributes
     ----------
@@ -34,8 +34,8 @@ class CoarseGrid(Evidence):
     def message(self) -> str:
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of "
-            f"{self.step:.6g} (SI), far coarser than the digits written, as of an encoder, a table "
-            "or a rounded number. Smaller errors are not judged"
+            f"{self.step:.6g} (SI), far coarser than the digits written. It may come from an "
+            "encoder, a table or rounding. Smaller errors are not judged"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -44,7 +44,14 @@ class CoarseGrid(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class HalfPrecision(Evidence):
-    """Columns whose values are numbers of half precision; `are_all` if every one is."""
+    """The values of columns are half-precision numbers.
+
+    Attributes
+    ----------
+    keys
+    are_all
+        True if all values of the file that vary are half-precision numbers.
+    """
 
     keys: tuple[str, ...]
     are_all: bool
@@ -55,8 +62,8 @@ class HalfPrecision(Evidence):
     def message(self) -> str:
         which = "All values" if self.are_all else f"The values of {named(self.keys)}"
         return (
-            f"{which} are half-precision numbers (11 bits), good to three digits, however many are "
-            "written. Store them in double precision"
+            f"{which} are half-precision numbers (11 bits), which have three digits. Store them in "
+            "double precision"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -65,7 +72,7 @@ class HalfPrecision(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsReversed(Evidence):
-    """Maneuvers whose rows are written from the last to the first."""
+    """The rows of maneuvers are written from the last to the first."""
 
     maneuvers: tuple[int, ...]
 
@@ -74,8 +81,8 @@ class RowsReversed(Evidence):
 
     def message(self) -> str:
         return (
-            f"The rows of {maneuvers(self.maneuvers)} are written from the last to the first: the "
-            "last row is the start of the motion. Reverse the values or the times"
+            f"The rows of {maneuvers(self.maneuvers)} are in reverse order: the last row is the "
+            "start of the motion. Reverse the values or the times"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -84,7 +91,7 @@ class RowsReversed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SingleRows(Evidence):
-    """Single rows of a column that do not fit the rows around them.
+    """Single rows of a column do not fit the rows around them.
 
     Attributes
     ----------
@@ -95,7 +102,7 @@ class SingleRows(Evidence):
     time
         Time of the first one [s].
     is_held
-        True if each holds the value of the row before it.
+        True if each repeats the value of the row before it.
     """
 
     key: str
@@ -109,14 +116,14 @@ class SingleRows(Evidence):
 
     def message(self) -> str:
         if self.rows == 1:
-            what = "holds the value of the row before" if self.is_held else "is far from the others"
+            what = "repeats the row before it" if self.is_held else "does not fit its neighbours"
             said = f"1 single row {what}, at {self.time:.6g} s"
         else:
-            what = "hold the value of the row before" if self.is_held else "are far from the others"
+            what = "repeat the row before them" if self.is_held else "do not fit their neighbours"
             said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Look at how this column is "
-            "written or measured there"
+            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Check how this column is written "
+            "or measured there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -126,7 +133,7 @@ class SingleRows(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RateOfDifferences(Evidence):
-    """A rate that is a difference of its own angle: ``forward``, ``backward`` or ``central``."""
+    """A rate column is a ``forward``, ``backward`` or ``central`` difference of its own angle."""
 
     key: str
     how: str
@@ -136,9 +143,9 @@ class RateOfDifferences(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key} is the {self.how} difference of its own angle in this file, in every "
-            "maneuver, and not the rate of the motion. Write the rate that your program "
-            "integrates; the rest is diagnosed without it"
+            f"{self.key} is the {self.how} difference of its own angle in every maneuver, not the "
+            "rate of the motion. Write the rate that your program integrates. The other columns "
+            "are diagnosed without it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -147,7 +154,7 @@ class RateOfDifferences(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Mirrored(Evidence):
-    """Maneuvers that are the right motion to the other side: it begins with the other roll rate.
+    """Maneuvers are the exact motion to the other side, after the opposite initial roll rate.
 
     Attributes
     ----------
@@ -162,9 +169,9 @@ class Mirrored(Evidence):
     def message(self) -> str:
         is_are = "is" if len(self.maneuvers) == 1 else "are"
         return (
-            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the right motion to the other "
-            "side: all columns of roll and steer are turned round, as if it began with the "
-            "opposite roll rate. Check the sign of the initial roll rate there"
+            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the exact motion to the other "
+            "side: all columns of roll and steer have the opposite sign, as after the opposite "
+            "initial roll rate. Check the sign of the initial roll rate there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -173,7 +180,7 @@ class Mirrored(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RateOfOtherRow(Evidence):
-    """A rate that is that of its own angle at another row, whatever the motion is.
+    """A rate column is the rate of its own angle at an earlier or later row.
 
     Attributes
     ----------
@@ -192,8 +199,8 @@ class RateOfOtherRow(Evidence):
         row = "half a row" if abs(self.rows) < 1.0 else "one row"
         return (
             f"{self.key} is the rate of its own angle {row} "
-            f"{'before' if self.rows > 0.0 else 'after'}, in every maneuver. Write both at the "
-            "same time; the rest is diagnosed without it"
+            f"{'earlier' if self.rows > 0.0 else 'later'}, in every maneuver. Write the angle and "
+            "the rate of the same time. The other columns are diagnosed without it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -202,18 +209,18 @@ class RateOfOtherRow(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherClock(Evidence):
-    """The rows of one maneuver, or all of them, are the right ones of other times.
+    """The rows are correct at times other than those written.
 
     Attributes
     ----------
     maneuver
-        None stands for all.
+        The maneuver with these rows; None stands for all maneuvers.
     scale, shift
-        Time meant = scale * time written + shift [s].
+        Correct time = scale * written time + shift [s].
     rows
-        The shift divided by the distance of the rows; None if the rows are not evenly spaced.
+        The shift in rows; None if the rows are not evenly spaced.
     keys
-        The shifted columns, if others are right at the times written; otherwise empty.
+        The shifted columns, if others are correct at the written times; otherwise empty.
     """
 
     maneuver: int | None
@@ -230,13 +237,11 @@ class OtherClock(Evidence):
             when = f"{abs(self.shift):.6g} s {'later' if self.shift > 0.0 else 'earlier'}"
             rows = self.rows and round(self.rows, 2)
             if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
-                distances = (
-                    "the distance" if abs(rows) == 1 else f"{abs(rows):g} times the distance"
-                )
-                when += f", {distances} of its rows"
+                when += ", one row" if abs(rows) == 1 else f", {abs(rows):g} rows"
+            when = f"each row belongs {when}"
         else:
-            more = f" and {self.shift:+.3g} s more" if self.shift else ""
-            when = f"{self.scale:.7g} times those written{more}"
+            more = f", {self.shift:+.3g} s" if self.shift else ""
+            when = f"the correct times are {self.scale:.7g} times those written{more}"
         rows_of, times_of = "The rows", "the times"
         if self.keys:
             rows_of = f"The rows of {', '.join(self.keys)}"
@@ -246,8 +251,8 @@ class OtherClock(Evidence):
                 f"{times_of} of this maneuver",
             )
         return (
-            f"{rows_of} are the right ones of other times: {when}. Look at how {times_of} are "
-            "written, and at when the rows are"
+            f"{rows_of} are correct, but at other times than those written: {when}. Check how "
+            f"{times_of} are written, and whether a row is saved before or after the step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -257,14 +262,14 @@ class OtherClock(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesAddedUp(Evidence):
-    """The rows are the right ones of multiples of a step, from which the written times creep away.
+    """The rows are correct at multiples of a step, but the written times drift away from these.
 
     Attributes
     ----------
     step
         The step [s].
     creep
-        Largest error of a written time [s].
+        Largest distance of a written time from its multiple of the step [s].
     is_single
         True if adding up the step in single precision gives the written times.
     """
@@ -278,14 +283,14 @@ class TimesAddedUp(Evidence):
 
     def message(self) -> str:
         how = (
-            "that are added up in single precision"
+            "as if steps were added up in single precision"
             if self.is_single
-            else "that are added up or rounded"
+            else "as if steps were added up or rounded"
         )
         return (
-            f"The rows are the right ones of the multiples of {self.step:g} s. The times written "
-            f"creep away from these by up to {self.creep:.2g} s, as times {how} do. Write the "
-            "number of the row times the step"
+            f"The rows are correct at multiples of {self.step:g} s, but the written times drift "
+            f"away from these by up to {self.creep:.2g} s, {how}. Write the row number times the "
+            "step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -294,16 +299,16 @@ class TimesAddedUp(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ColumnRatio(Evidence):
-    """A column is a factor times the right one, with another zero.
+    """A column is a factor times the exact values, plus an offset.
 
     Attributes
     ----------
     key
     maneuvers : tuple of int
     factor, offset
-        Written = factor * right + offset [SI unit].
+        Written value = factor * exact value + offset [SI unit].
     unit
-        The unit that has this factor; None if there is none.
+        The unit with this factor; None if no known unit has it.
     """
 
     key: str
@@ -318,10 +323,10 @@ class ColumnRatio(Evidence):
     def message(self) -> str:
         times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
         more = "" if not self.offset else f" {'+-'[self.offset < 0]} {abs(self.offset):.6g} (SI)"
-        unit = f", as in {self.unit}" if self.unit else ""
+        unit = f", as if in {self.unit}" if self.unit else ""
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} is {times}the right one{more}{unit}. Look "
-            "at how this column is computed and written"
+            f"{self.key} of {maneuvers(self.maneuvers)} is {times}the exact value{more}{unit}. "
+            "Check how this column is computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -332,17 +337,17 @@ class ColumnRatio(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherColumn(Evidence):
-    """A column holds the values of another one, in some maneuvers.
+    """A column contains the exact values of another column, in some maneuvers.
 
     Attributes
     ----------
     key
-        Key that the column has.
+        Key of the column in the file.
     maneuvers : tuple of int
     other
-        Key of the column whose values it holds.
+        Key of the column to which its values belong.
     of_maneuver
-        Maneuver of those values; None if it is the same.
+        Maneuver of those values; None if it is the same maneuver.
     """
 
     key: str
@@ -356,8 +361,8 @@ class OtherColumn(Evidence):
     def message(self) -> str:
         of = f" of maneuver {self.of_maneuver}" if self.of_maneuver is not None else ""
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} has the values of {self.other}{of}. Check "
-            "the order in which columns are written there"
+            f"{self.key} of {maneuvers(self.maneuvers)} contains the values of {self.other}{of}. "
+            "Check the order in which columns are written there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -395,7 +400,7 @@ class OtherManeuver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class UnsignedColumn(Evidence):
-    """A column holds the right values without their signs, in some maneuvers.
+    """A column contains the exact values without their signs, in some maneuvers.
 
     Attributes
     ----------
@@ -411,8 +416,9 @@ class UnsignedColumn(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} has the right values without their signs: "
-            "look for an absolute value, or a square root of a square, where it is written"
+            f"{self.key} of {maneuvers(self.maneuvers)} has the exact values without their signs. "
+            "Look for an absolute value, or the square root of a square, in the code that computes "
+            "and writes it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -421,16 +427,17 @@ class UnsignedColumn(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ClippedColumn(Evidence):
-    """A column stays at a bound.
+    """A column is clipped at one or two bounds.
 
     Attributes
     ----------
     key
     maneuvers : tuple of int
     low, high
-        The bounds [SI unit]; None without one.
+        The bounds [SI unit]; None without such a bound.
     is_right_within
-        True if all other values are right, and the exact ones exceed the bounds at these rows.
+        True if all other values are right, and the exact values of the clipped rows exceed the
+        bounds.
     """
 
     key: str
@@ -445,10 +452,10 @@ class ClippedColumn(Evidence):
     def message(self) -> str:
         at = " and ".join(f"{x:.6g}" for x in (self.low, self.high) if x is not None)
         where_else = (
-            "clipped: the right one goes beyond, and is what is written elsewhere"
+            "where the exact values go beyond; its other values are right. Remove the limit"
             if self.is_right_within
             else (
-                "clipped where it is written, or held by a stop in the model. The rest is "
+                "clipped in the output or held by a stop in the model. The other columns are "
                 "diagnosed without it"
             )
         )
@@ -462,7 +469,15 @@ class ClippedColumn(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SmoothedColumns(Evidence):
-    """Columns (``2.roll_angle``) that are moving averages over so many rows."""
+    """Columns are moving averages of the exact values.
+
+    Attributes
+    ----------
+    places
+        The columns (``2.roll_angle``).
+    rows
+        Number of rows in each average.
+    """
 
     places: tuple[str, ...]
     rows: int
@@ -472,9 +487,8 @@ class SmoothedColumns(Evidence):
 
     def message(self) -> str:
         return (
-            f"{named(self.places)}: each value is the mean of {self.rows} rows about its own, a "
-            "moving average of the right column. Write the rows as they are computed, without a "
-            "filter"
+            f"{named(self.places)}: each value is a moving average of the exact values over "
+            f"{self.rows} rows. Write the rows as they are computed, without a filter"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -483,14 +497,14 @@ class SmoothedColumns(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Remainder(Evidence):
-    """What is left where all that is wrong is explained: the largest error, and its place.
+    """The largest error that remains after the reported faults are corrected.
 
     Attributes
     ----------
     max_rel_error
-        Relative to the scale of the column.
+        The error relative to the scale of its column.
     place
-        Maneuver and column (``2.roll_angle``).
+        Maneuver and column of the error (``2.roll_angle``).
     """
 
     max_rel_error: float
@@ -500,7 +514,7 @@ class Remainder(Evidence):
 
     def message(self) -> str:
         return (
-            "Nothing else is wrong: with this taken back, the largest error is "
+            "Nothing else is wrong: with this corrected, the largest error is "
             f"{self.max_rel_error:.1g} of the scale ({self.place})"
         )
 
@@ -510,18 +524,19 @@ class Remainder(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsRepeated(Evidence):
-    """Last rows that hold the same numbers, of a motion that does not stand still.
+    """The last rows of a maneuver repeat the same numbers, although the exact motion goes on.
 
     Attributes
     ----------
     maneuver
     time
-        Time of the first of them [s].
+        Time of the first of these rows [s].
     rows
         Number of these rows.
     keys
+        The columns that repeat.
     are_all
-        True if all columns stand still: the motion ended there.
+        True if all columns repeat: the motion in the file ended there.
     """
 
     maneuver: int
@@ -535,10 +550,14 @@ class RowsRepeated(Evidence):
 
     def message(self) -> str:
         which = "rows" if self.are_all else f"rows of {named(self.keys)}"
-        why = "the motion ended there, and its last row was" if self.are_all else "they were"
+        why = (
+            "The simulation ended there, and its last row was written again. Run it to the end"
+            if self.are_all
+            else "Check why these columns are no longer updated"
+        )
         return (
-            f"From {self.time:.6g} s on all {self.rows} {which} of maneuver {self.maneuver} hold "
-            f"the same numbers: {why} written again"
+            f"From {self.time:.6g} s on, all {self.rows} {which} of maneuver {self.maneuver} "
+            f"contain the same numbers. {why}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -552,18 +571,18 @@ class RowsRepeated(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsBetween(Evidence):
-    """Rows that were held or interpolated.
+    """Rows were interpolated between others, or repeat the row before.
 
     Attributes
     ----------
     maneuvers : tuple of int
     order
-        0 if rows repeat the one before, 1 if they are on straight lines between others, 2 if they
-        are on curves between others.
+        0 if rows repeat the row before, 1 if they are on straight lines between other rows, 2 if
+        they are on curves between other rows.
     share
-        Fraction of the rows that are held or interpolated.
+        Fraction of the rows that are repeated or interpolated.
     keys : tuple of str
-        The angles and rates that show it, if these are less than half of them.
+        The angles and rates that show it, if these are less than half of all angles and rates.
     every
         If rows are on curves, one row in this many is right; otherwise 0.
     """
@@ -580,16 +599,16 @@ class RowsBetween(Evidence):
     def message(self) -> str:
         if self.every:
             return (
-                f"Every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right, and "
-                "the rows between are not: they were interpolated. Write the integrator's own "
-                "rows, or its dense output"
+                f"Only every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right: "
+                "the rows between were interpolated. Write the integrator's own steps, or its "
+                "dense output"
             )
-        what = "are on straight lines between rows" if self.order else "repeat the row before"
+        what = "are on straight lines between other rows" if self.order else "repeat the row before"
         where = named(self.keys) if self.keys else "most of its angles and rates"
         return (
             f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
-            f"in {where}, as no motion does: they were held or interpolated. Write the "
-            "integrator's own rows, or its dense output"
+            f"in {where}. They were {'interpolated' if self.order else 'held'}, not computed. "
+            "Write the integrator's own steps, or its dense output"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -605,7 +624,7 @@ def _ordinal(count: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Departs(Evidence):
-    """A motion that is right up to some row, and soon after it a hundred times farther off.
+    """A motion is right up to some row, and soon after it the error is 100 times larger.
 
     Attributes
     ----------
@@ -617,9 +636,10 @@ class Departs(Evidence):
     t_back
         Time of the last row that is off, if later rows are right again [s]; otherwise None.
     shift
-        How much later the right motion is that the rest shows [s]; None if it shows none.
+        If the later rows are the exact motion at shifted times: exact time - written time [s].
+        Otherwise None.
     keys : tuple of str
-        The columns with one definition, if only these show it; otherwise empty.
+        The columns with only one definition, if only these show it; otherwise empty.
     """
 
     maneuver: int
@@ -636,21 +656,21 @@ class Departs(Evidence):
 
     def message(self) -> str:
         if self.t_back is not None:
-            what = f"to {self.t_back:.6g} s. All rows after these are right: look at these alone"
+            what = f"to {self.t_back:.6g} s. All later rows are right: look only at these rows"
         elif self.shift is not None:
-            why = "left out" if self.shift > 0.0 else "made twice"
+            why = "skipped" if self.shift > 0.0 else "made twice"
             what = (
-                f"on, where it is the right motion {_later(self.shift)}: rows or steps were {why}"
+                f"on: there it is the exact motion {_later(self.shift)}. Rows or steps were {why}"
             )
         else:
             what = (
-                "on: look at what happens there. A mistake in the model or at the start is seen "
-                "from the first rows on"
+                "on. Look at what happens there: a mistake in the model or the initial conditions "
+                "would show from the first rows on"
             )
-        by = f", by its {named(self.keys)}," if self.keys else ""
+        by = f" ({named(self.keys)})" if self.keys else ""
         return (
             f"Maneuver {self.maneuver}{by} is right to {self.before:.1g} of the scales until "
-            f"{self.t_right:.6g} s, and off by {self.after:.2g} from {self.time:.6g} s {what}"
+            f"{self.t_right:.6g} s, but off by {self.after:.2g} from {self.time:.6g} s {what}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -665,16 +685,16 @@ class Departs(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherTimes(Evidence):
-    """Rows that are the right motion at other times than those that are written.
+    """The rows are the exact motion, at times other than those written.
 
     Attributes
     ----------
     ahead : mapping of int to (float, float)
-        By maneuver number: the range of how much later nine rows in ten are [s].
+        By maneuver number: range of exact time - written time, for nine rows in ten [s].
     relief : tuple of float
-        By maneuver: the factor by which these times reduce the error.
+        By maneuver: the factor by which the exact times reduce the error.
     is_one
-        True if all rows are later by about the same time.
+        True if all rows are shifted by about the same time.
     """
 
     ahead: Mapping[int, tuple[float, float]]
@@ -688,9 +708,9 @@ class OtherTimes(Evidence):
         least, most = min(x for x, _ in self.ahead.values()), max(x for _, x in self.ahead.values())
         when = _later((least + most) / 2) if self.is_one else f"{_later(least)} to {_later(most)}"
         return (
-            f"Each row is the right motion, but at another time, {when} than is written. Look at "
-            "how the times are written, and at when a row is: before or after the step, at the "
-            "time asked for or at the step next to it"
+            f"Each row is the exact motion, but {when} than its written time. Check how the times "
+            "are written, whether a row is saved before or after the step, and whether at the "
+            "requested time or at the nearest step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -700,7 +720,7 @@ class OtherTimes(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ColumnOfAnotherManeuver(Evidence):
-    """Columns of a maneuver that hold the numbers of another one."""
+    """Columns of one maneuver contain the numbers of another maneuver."""
 
     maneuver: int
     of: int
@@ -711,8 +731,8 @@ class ColumnOfAnotherManeuver(Evidence):
 
     def message(self) -> str:
         return (
-            f"{', '.join(self.keys)} of maneuver {self.maneuver}: the same numbers as in maneuver "
-            f"{self.of}, where they belong"
+            f"{', '.join(self.keys)} of maneuver {self.maneuver}: the numbers are those of "
+            f"maneuver {self.of}. Check which run is written there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -721,17 +741,17 @@ class ColumnOfAnotherManeuver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class AnotherStart(Evidence):
-    """A first row with another value than the maneuver is given.
+    """The first row differs from the given initial conditions of the maneuver.
 
     Attributes
     ----------
     maneuver
     key
     found, given
-        Values in the unit of the column.
+        Value of the first row, and the given value, in the unit of the column.
     unit
     told
-        The unit in which the found number would be the given value; None without one.
+        The unit in which the found number would be the given value; None if there is no such unit.
     """
 
     maneuver: int
@@ -747,11 +767,11 @@ class AnotherStart(Evidence):
     def message(self) -> str:
         said = (
             f"Maneuver {self.maneuver} begins with a {self.key.replace('_', ' ')} of "
-            f"{self.found:.9g} {unit_text(self.unit)} in its first row, where "
+            f"{self.found:.9g} {unit_text(self.unit)} in its first row; "
             f"{self.given:.9g} is given"
         )
         if self.told:
-            said += f": that is {self.found / self.given:.6g} times as much, as in {self.told}"
+            said += f". The ratio is {self.found / self.given:.6g}, as if it were in {self.told}"
         return said
 
     def numbers(self) -> Mapping[str, Any]:
@@ -761,7 +781,7 @@ class AnotherStart(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Scaled:
-    """Values are a factor times the right ones, and an offset [SI]."""
+    """A relation: written value = factor * exact value + offset [SI]."""
 
     factor: float
     offset: float
@@ -769,21 +789,22 @@ class Scaled:
 
 @dataclass(frozen=True, slots=True)
 class ColumnsApart(Evidence):
-    """Columns that are wrong beside a motion that is right.
+    """A few columns are wrong, while all other columns are right.
 
     Attributes
     ----------
     columns : mapping of str to tuple of int
-        Maneuvers of each column, by its key.
+        The maneuvers in which each column is wrong, by its key.
     every
-        Number of maneuvers of the file.
+        Number of maneuvers in the file.
     error_of_others
         Largest error of the other columns, relative to the scale.
     fits : mapping of str to Scaled
         The columns that a factor or an offset explains, by key.
     units : mapping of str to str
+        Unit of each column, by its key.
     is_sum_with_it
-        True if the mechanical energy is wrong because one of its parts is.
+        True if the mechanical energy is wrong only because one of its parts is.
     """
 
     columns: Mapping[str, tuple[int, ...]]
@@ -801,7 +822,7 @@ class ColumnsApart(Evidence):
             key if len(numbers) == self.every else f"{key} of {maneuvers(numbers)}"
             for key, numbers in self.columns.items()
         )
-        with_sum = ", and mechanical_energy with it" if self.is_sum_with_it else ""
+        with_sum = ", and therefore mechanical_energy" if self.is_sum_with_it else ""
         scales = "".join(
             f": {key} is {_scaled(x, self.units[key])}" for key, x in self.fits.items()
         )
@@ -809,8 +830,8 @@ class ColumnsApart(Evidence):
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
         return (
             f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
-            f"{self.error_of_others:.1g} of their scales, so neither the integrator nor the "
-            f"equations are to blame. Look at how {these} computed and written"
+            f"{self.error_of_others:.1g} of their scales, so the integrator and the equations are "
+            f"correct. Check how {these} computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -823,7 +844,7 @@ class ColumnsApart(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ColumnBeside(Evidence):
-    """A column beside the benchmark's that is wrong alone.
+    """A column that the benchmark does not define is wrong, while the benchmark's are right.
 
     Attributes
     ----------
@@ -835,7 +856,7 @@ class ColumnBeside(Evidence):
     constant : tuple of float
         The number in every row of each maneuver, if the exact values vary; otherwise empty.
     fit : Scaled or None
-        Factor and offset that explain the error; None if none do.
+        Factor and offset that explain the error; None if they do not explain it.
     """
 
     key: str
@@ -846,22 +867,20 @@ class ColumnBeside(Evidence):
     fit: Scaled | None = None
 
     def _finding(self) -> Finding:
-        alone = "while the benchmark's columns here are right"
-        advice = "look at how it is computed and written"
+        alone = "while the benchmark's columns are right"
+        advice = "Check how it is computed and written"
         more: dict[str, object] = {}
         if self.constant:
             numbers = " / ".join(_in(x, self.unit) for x in dict.fromkeys(self.constant))
-            said = f"holds the same number in every row, {numbers}, {alone}: "
-            said += "it was not computed, or not written"
+            said = f"is {numbers} in every row, {alone}. It was not computed, or not written"
             more = {"constant": list(self.constant)}
         elif self.fit is not None:
-            said = f"is {_scaled(self.fit, self.unit)}, {alone}: {advice}"
+            said = f"is {_scaled(self.fit, self.unit)}, {alone}. {advice}"
             more = {"factor": self.fit.factor, "offset": self.fit.offset}
         else:
             said = (
-                f"is wrong by up to {self.max_rel_error:.2g} of its scale, {alone}, and neither a "
-                f"factor nor an offset explains it: {advice}. Programs with mistakes are simulated "
-                "for the benchmark's columns only"
+                f"is wrong by up to {self.max_rel_error:.2g} of its scale, {alone}. Neither a "
+                f"factor nor an offset explains it. {advice}"
             )
         where = f"{self.key} of maneuver {', '.join(map(str, self.maneuvers))}"
         return warning(
@@ -879,8 +898,8 @@ def _later(seconds: float) -> str:
 
 
 def _scaled(x: Scaled, unit: str) -> str:
-    """Describe values by their factor and offset from the right ones."""
-    times = f"{x.factor:.6g} times the right one" if x.factor != 1.0 else "the right one"
+    """Describe values by their factor and offset relative to the exact values."""
+    times = f"{x.factor:.6g} times the exact value" if x.factor != 1.0 else "the exact value"
     sign = "minus" if x.offset < 0 else "plus"
     return times + (f" {sign} {_in(abs(x.offset), unit)}" if x.offset else "")
 

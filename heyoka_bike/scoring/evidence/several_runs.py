@@ -1,4 +1,4 @@
-"""Evidence that several files show together: how errors fall, and who covers what."""
+"""Evidence from several files together: how errors fall, and what each program covers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Grouping(Enum):
 
 @dataclass(frozen=True, slots=True)
 class NoSharedColumns(Evidence):
-    """No two of the programs or files have a column of one maneuver in common."""
+    """No two of the programs or files share a column of the same maneuver."""
 
     of: Grouping
 
@@ -31,17 +31,22 @@ class NoSharedColumns(Evidence):
 
     def message(self) -> str:
         if self.of == Grouping.PROGRAMS:
-            return (
-                "no maneuver has a column that two of the programs share: nothing is side by side"
-            )
+            return "No two programs share a column of the same maneuver, so nothing is compared"
         return (
-            "no maneuver has a column that two of the files share; those of one run go in one file"
+            "No two files share a column of the same maneuver. Put the columns of one run in one "
+            "file"
         )
 
 
 @dataclass(frozen=True, slots=True)
 class StepsUnknown(Evidence):
-    """Nothing tells the runs of one program apart; `is_told` if equal steps were given."""
+    """The steps do not distinguish the runs of one program.
+
+    Attributes
+    ----------
+    is_told
+        True if equal steps or tolerances were given; False if the spacing of the rows is equal.
+    """
 
     is_told: bool
 
@@ -49,17 +54,24 @@ class StepsUnknown(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        apart = "the rows of several files are equally far apart"
+        apart = "The rows of several files have the same spacing"
+        given = "Several files are given with the same step or tolerance"
         return (
-            f"{'several files are given as alike' if self.is_told else apart}, so the step sizes "
-            "do not tell the runs apart; give those of the integrator (--step) to see the order "
-            "of convergence, or the tolerances of its solver (--tolerance)"
+            f"{given if self.is_told else apart}, so the steps do not distinguish the runs. To see "
+            "the order of convergence, give the steps of the integrator (--step) or the "
+            "tolerances of its solver (--tolerance)"
         )
 
 
 @dataclass(frozen=True, slots=True)
 class ManeuversDiffer(Evidence):
-    """Programs that hold different maneuvers, by their names."""
+    """Programs cover different maneuvers.
+
+    Attributes
+    ----------
+    maneuvers : mapping of str to tuple of int
+        Numbers of the maneuvers, by the name of the program.
+    """
 
     maneuvers: Mapping[str, tuple[int, ...]]
 
@@ -72,8 +84,8 @@ class ManeuversDiffer(Evidence):
             who.setdefault(", ".join(map(str, numbers)) or "none", []).append(name)
         held = "; ".join(f"{', '.join(names)}: {numbers}" for numbers, names in who.items())
         return (
-            f"the programs cover different maneuvers ({held}), so that the digits of their worst "
-            "columns do not compare: look at the maneuvers that they share"
+            f"The programs cover different maneuvers ({held}), so the digits of their worst "
+            "columns cannot be compared. Look at the maneuvers that they share"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -83,7 +95,14 @@ class ManeuversDiffer(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class DefinitionsOfPrograms(Evidence):
-    """A column that programs define in different ways: the programs of each definition."""
+    """Programs define a column in different ways.
+
+    Attributes
+    ----------
+    key
+    programs : mapping of str to tuple of str
+        Names of the programs, by definition.
+    """
 
     key: str
     programs: Mapping[str, tuple[str, ...]]
@@ -93,7 +112,8 @@ class DefinitionsOfPrograms(Evidence):
     def message(self) -> str:
         each = "; ".join(f"{name} in {', '.join(who)}" for name, who in self.programs.items())
         return (
-            f"{self.key} is {each}: each is compared with its own definition, so this is no error"
+            f"{self.key} is {each}. Each is compared with its own definition, so this is not an "
+            "error"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -103,7 +123,7 @@ class DefinitionsOfPrograms(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class DefinitionsOfRuns(Evidence):
-    """Columns that files of one program seem to define in different ways."""
+    """Files of one program seem to define these columns in different ways."""
 
     keys: tuple[str, ...]
 
@@ -112,8 +132,8 @@ class DefinitionsOfRuns(Evidence):
 
     def message(self) -> str:
         return (
-            f"{', '.join(self.keys)} of these files have different definitions, signs or units; "
-            "are they of one program?"
+            f"{', '.join(self.keys)}: the files differ in definition, sign or unit. Check that "
+            "they are from one program"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -122,7 +142,7 @@ class DefinitionsOfRuns(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ErrorFalls(Evidence):
-    """How the errors of a program fall with its step or its tolerance.
+    """The errors of a program fall with its step or its tolerance as a power law.
 
     Attributes
     ----------
@@ -144,18 +164,18 @@ class ErrorFalls(Evidence):
         ends = f"from {_two_decimals(self.least)} to {_two_decimals(self.most)}"
         spread = f"median of {counted(self.columns, 'column')}, {ends}"
         if self.by == "step":
-            said = f"observed order of convergence {_two_decimals(self.exponent)} ({spread})"
+            said = f"Observed order of convergence: {_two_decimals(self.exponent)} ({spread})"
             return info("order", said, order=self.exponent, least=self.least, most=self.most)
         how = "in proportion to the tolerance"
         if abs(self.exponent - 1) > _IN_PROPORTION:
             how = f"like the tolerance to the power {self.exponent:.1f}"
-        said = f"the error falls {how}: exponent {self.exponent:.2f} ({spread})"
+        said = f"The error falls {how}: exponent {self.exponent:.2f} ({spread})"
         return info("tolerance", said, exponent=self.exponent, least=self.least, most=self.most)
 
 
 @dataclass(frozen=True, slots=True)
 class OrderNotSettled(Evidence):
-    """Columns (``2.roll_angle``) whose order still changes from step to step."""
+    """The order of convergence of these columns (``2.roll_angle``) changes from step to step."""
 
     places: tuple[str, ...]
 
@@ -163,8 +183,8 @@ class OrderNotSettled(Evidence):
 
     def message(self) -> str:
         return (
-            f"the order of {', '.join(self.places)} still changes from step to step: the steps are "
-            "too large, or rounding has been reached, for one power law"
+            f"The order of {', '.join(self.places)} still changes from step to step. Either the "
+            "steps are too large for a power law, or rounding has been reached"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -175,13 +195,13 @@ class Staying(Enum):
     """Kinds of errors that do not fall with the step or the tolerance."""
 
     ROUNDING = "it is as small as rounding of binary64"
-    NOISE = "it is another curve in each run"
+    NOISE = "it is a different curve in each run"
     SAME_CURVE = "it is the same curve in both runs"
 
 
 @dataclass(frozen=True, slots=True)
 class ErrorStays(Evidence):
-    """Columns whose error does not fall.
+    """The error of these columns does not fall with the step or the tolerance.
 
     Attributes
     ----------
@@ -204,26 +224,25 @@ class ErrorStays(Evidence):
         numbers = {"columns": list(self.places), "max_rel_error": self.max_rel_error}
         if self.how == Staying.ROUNDING:
             said = (
-                f"{places}: the error, {size} of the scale or less, does not fall with the "
-                f"{self.by}, and need not: at this size it is rounding of binary64 arithmetic, not "
-                "the model; only longer numbers make it smaller"
+                f"{places}: the error, at most {size} of the scale, does not fall with the "
+                f"{self.by}. At this size it is rounding of binary64 arithmetic, not the model. "
+                "Only a longer number format makes it smaller"
             )
             return info("limited_by_rounding", said, **numbers)
         if self.how == Staying.NOISE:
             said = (
                 f"{places}: the error, up to {size} of the scale, does not fall with the "
-                f"{self.by}, but is another curve in each run: it is noise, of single-precision "
-                "numbers (1e-7), of iterations that stop early, or of rough interpolation, and "
-                "not the model"
+                f"{self.by} and is a different curve in each run. It is noise, not the model: from "
+                "single-precision numbers (1e-7), loose iterations or rough interpolation"
             )
             return warning("noise_does_not_fall", said, **numbers)
         said = (
-            f"{places}: the error, up to {size} of the scale, is the same curve in both runs and "
-            f"does not fall with the {self.by}: it is not the integrator's, but that of the model, "
-            "its parameters, the start or the output; ask heyoka-bike diagnose"
+            f"{places}: the error, up to {size} of the scale, is the same curve in both runs, "
+            f"whatever the {self.by}. It comes from the model, its parameters, the initial "
+            "conditions or the output, not from the integrator. Run heyoka-bike diagnose"
         )
         return warning("error_stays", said, **numbers)
 
 
 def _two_decimals(order: float) -> str:
-    return f"{round(order, 2) + 0.0:.2f}"  # no -0
+    return f"{round(order, 2) + 0.0:.2f}"  # adding 0.0 turns -0.0 into 0.0

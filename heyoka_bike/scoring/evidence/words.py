@@ -11,21 +11,21 @@ KEYS_NAMED = 6
 
 
 def unit_text(unit: str) -> str:
-    """A unit as people write it: ``rad s-1`` is rad/s."""
+    """Format a unit as people write it: ``rad s-1`` becomes rad/s."""
     for per in ("s", "h", "min"):
         unit = unit.replace(f" {per}-1", f"/{per}")
     return printable(unit)
 
 
 def odds_words(odds: Odds) -> str:
-    """Odds of a definition, as "300 to 1 against wheel_spin"."""
+    """Format the odds of a definition, as "300 to 1 against wheel_spin"."""
     if odds.against is None:
-        return f"{ratio_words(odds.log10)} against one that is not known here"
+        return f"{ratio_words(odds.log10)} against an unknown definition"
     return f"{ratio_words(odds.log10)} against {odds.against}"
 
 
 def ratio_words(power: float) -> str:
-    """Odds from their decimal logarithm, as "300 to 1"."""
+    """Format odds, given by their decimal logarithm, as "300 to 1"."""
     if power > MAX_LOG10_ODDS:
         return f"over 10^{MAX_LOG10_ODDS} to 1"
     if power < 0.0:
@@ -38,27 +38,27 @@ def ratio_words(power: float) -> str:
 
 
 def open_words(names: Sequence[str]) -> str:
-    """Name the other definitions that fit as well; empty if there is none."""
+    """List the other definitions that fit as well; empty if there is none."""
     return f"may also be {' or '.join(names)}" if names else ""
 
 
 def errors_words(errors: Errors) -> str:
-    """Largest errors, one for each maneuver."""
+    """Format the largest errors, one for each maneuver, as "0.17 / 1.3e-08"."""
     return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
 
 
 def counted(count: int, one: str, several: str = "") -> str:
-    """A count with its noun, ``1 row`` or ``2 rows``, or with a verb: ``1 value is``.
+    """Format a count with its noun (``1 row``, ``2 rows``), or with a verb too (``1 value is``).
 
     Parameters
     ----------
     count
     one, several
-        The words after 1, and those after any other number; the default is `one` with an s.
+        The words after 1, and the words after any other number; the default is `one` with an s.
     """
     return f"{count} {one if count == 1 else several or one + 's'}"
 
 
 def time_beside(t: float, end: float) -> str:
-    """A time to six digits, or to 15 if six would make it look like the end of the run."""
+    """Format a time to six digits, or to 15 if six would make it look like the end of the run."""
     return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"

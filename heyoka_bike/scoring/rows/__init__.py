@@ -1,1 +1,1 @@
-"""Changes of the rows of a result: how a program writes them, and how they are seen and undone."""
+"""Changes of the rows of a result: how a program makes them, and how they are found and undone."""

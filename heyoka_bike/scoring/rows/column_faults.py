@@ -1,15 +1,14 @@
-"""Mistakes of the output that the rows themselves show; no program is simulated.
+"""Faults of single columns that the rows themselves show, without simulating any program.
 
-The question: is a column a simple function of the right one, or of another column of the file? It
-may be clipped, times a constant ratio, smoothed, another column; on a coarse grid (`grids`), or the
-difference of its own angle (`rates`); the rows may belong to other times (`times`), or to a
-maneuver that ended (`maneuvers`). Each is seen on the numbers alone, and takes milliseconds,
-so these come before all that is simulated.
+The question: is a column a simple function of the exact values, or of another column of the file?
+A column may be clipped, multiplied by a constant, smoothed, or exchanged with another one. The
+modules beside this one look for coarse grids (`grids`), rates that are differences of their angles
+(`rates`), wrong times (`times`), and maneuvers that ended early (`maneuvers`). Each look takes
+milliseconds, so these looks precede all simulations.
 
-Each step returns what it saw as evidence, and the rows *as they were meant*: with the deviation
-taken back, a column that says nothing put aside, or a grid in the place of digits. What is left of
-these rows is diagnosed as of any file. So what is seen here is the cause as far as it explains, and
-what it leaves is told beside it.
+Each look returns its evidence, and the corrected rows: with the fault undone, a useless column
+removed, or the digits replaced with a grid. The corrected rows are then diagnosed like any file. So
+the fault is reported as a cause, and the error that it does not explain is reported separately.
 """
 
 from __future__ import annotations
@@ -46,26 +45,27 @@ from heyoka_bike.scoring.units import factor, unit_told_by
 
 # Largest fraction of a column's rows that may be single odd rows.
 _MOST_SINGLE = 0.2
-# Rows at a bound, and at least so many of a column: a turning point has one or two.
+# A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
+# smooth column has one or two equal rows.
 _FEWEST_CLIPPED = 5
 
 
 @dataclass(frozen=True, slots=True)
 class _Deviation:
-    """What a column has more than the right one, if something simple was done to it [SI].
+    """The difference from the exact values that one simple fault makes in a column [SI].
 
     Attributes
     ----------
     how
-        ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
+        The fault: ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
-        NaN in rows of which it tells nothing.
+        Value with the fault - exact value; NaN in rows where the fault determines no value.
     about
-        Factor and offset, bounds, or a width.
+        Numbers of the fault: factor and offset, the two bounds, or the number of averaged rows.
     other
-        The key of the column that is there.
+        For ``another``: key of the column to which the values belong.
     of
-        The maneuver from which that is, if it is another one.
+        For ``another``: maneuver of these values; None if it is the same maneuver.
     """
 
     how: str
@@ -76,28 +76,31 @@ class _Deviation:
 
 
 _Deviations = Mapping[tuple[int, str], _Deviation]
-"""By maneuver and key."""
+"""Deviations by maneuver number and column key."""
 
 
 def deviating_columns(report: Report) -> Undone | None:
-    """Columns that are another one, times a constant, clipped or smoothed: what explains best."""
+    """Look for columns that are exchanged, unsigned, scaled, clipped or smoothed.
+
+    For each column the deviation that explains its error best is undone.
+    """
     found: dict[tuple[int, str], _Deviation] = {}
-    # These are no function of the right column.
+    # Values of other maneuvers are not a function of the exact values.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
-        is_told = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
-        # One number in every row is no function of the right column.
+        has_enough = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
+        # A constant column is not a function of the exact values, but may be another column.
         ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
-        if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
+        if is_right_column(c) or not has_enough or (m.maneuver, c.key) in others:
             continue
         best = BY_FAR
         for describe in ways:
             if (deviation := describe(m, c, report)) is None:
                 continue
-            told = np.isfinite(deviation.values)
-            left = rms((c.trace.error - deviation.values)[told])
-            relief = rms(c.trace.error[told]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
-            # Of two the simpler one, which is tried first, unless the other explains more.
+            rows = np.isfinite(deviation.values)
+            left = rms((c.trace.error - deviation.values)[rows])
+            relief = rms(c.trace.error[rows]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
+            # Simpler deviations are tried first. A later one must explain clearly more.
             if relief > best and left < TOLERANCE * c.scale:
                 found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
     found = _without_exchanged_everywhere(
@@ -111,14 +114,14 @@ def deviating_columns(report: Report) -> Undone | None:
         lo = dict(m.part.lo)
         for (n, key), deviation in found.items():
             if n == m.maneuver:
-                values[key] = _taken_back(m, m[key], deviation)
+                values[key] = _corrected(m, m[key], deviation)
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
-    return Undone(tuple(_told(report, found)), tuple(parts))
+    return Undone(tuple(_evidence(report, found)), tuple(parts))
 
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
-    """Take an offset and a ratio of a column back, in all maneuvers."""
+    """Undo the factor and the offset of a column in all maneuvers."""
     parts = []
     for m in report.maneuvers:
         values, lo = dict(m.part.values), dict(m.part.lo)
@@ -133,10 +136,10 @@ def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
 def _alike_everywhere(
     report: Report, found: _Deviations, others: set[tuple[int, str]]
 ) -> _Deviations:
-    """What was found of columns that are explained, or right, in every maneuver.
+    """Keep only deviations of columns that are explained, or right, in every maneuver.
 
-    One program writes them all: a column that is wrong in another maneuver, and not by something as
-    simple there, is wrong for another reason.
+    One program writes all maneuvers. If a column is wrong in another maneuver without such a simple
+    explanation there, it is wrong for another reason.
     """
     unexplained = {
         c.key for m, c in places(report)
@@ -146,9 +149,10 @@ def _alike_everywhere(
 
 
 def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
-    """What was found, but for ratios that differ between maneuvers, and leave more than digits.
+    """Drop ratios that differ between maneuvers, unless they leave no visible error.
 
-    One program writes them all: energies that lack a part are near some ratio in each.
+    One program writes all maneuvers, so a true factor is the same in all of them. An energy that
+    lacks a part is near a different ratio in each maneuver.
     """
     refuted = set()
     for key, each in grouped((key, n) for (n, key), d in found.items() if d.how == "ratio").items():
@@ -165,9 +169,9 @@ def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
 def _without_exchanged_everywhere(
     report: Report, found: _Deviations
 ) -> dict[tuple[int, str], _Deviation]:
-    """What was found, but for a column in the place of another one in every maneuver.
+    """Drop columns that are exchanged with another column in every maneuver.
 
-    There whole programs that make this mistake are compared.
+    Simulated programs with this mistake are compared with such a file instead.
     """
     every = {
         key for key, places in report.by_column().items()
@@ -178,7 +182,10 @@ def _without_exchanged_everywhere(
 
 
 def _is_beside_right(report: Report, found: _Deviations) -> bool:
-    """True if all other columns of these maneuvers are right to three digits, and far better."""
+    """True if all other columns of these maneuvers are right to three digits, and far better.
+
+    Far better: their errors are smaller by the factor `CLEARLY`.
+    """
     for m in report.maneuvers:
         errors = {c.key: c.error for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
@@ -188,8 +195,8 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
     return True
 
 
-def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
-    """The column as it was meant, in the unit and with the sign of the file."""
+def _corrected(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
+    """The column without a deviation, in the unit and with the sign of the file."""
     written = m.part.values[c.key]
     meant = np.array(written)
     meant[np.isfinite(written)] -= deviation.values / _to_si(c)
@@ -202,10 +209,10 @@ def _to_si(c: ColumnScore) -> float:
 
 
 def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | None:
-    """The right values of another column of the same unit, or of another maneuver.
+    """The exact values of another column with the same unit, or of another maneuver.
 
-    Only default definitions are compared: where a sum is constant, each part is a function of the
-    other, too.
+    Only default definitions are compared. Otherwise the parts of a constant sum, such as potential
+    and kinetic energy, would be functions of each other.
     """
     keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS}
     names = [name for name, key in keys.items() if COMPARED[key][0].unit == c.unit]
@@ -228,13 +235,13 @@ def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | N
 
 
 def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """The right values without their signs."""
+    """The exact values without their signs."""
     right = c.trace.reference
     return _Deviation("unsigned", np.abs(right) - right, ()) if np.min(right) < 0.0 else None
 
 
 def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """A factor, an offset, or both: the fewest that explain."""
+    """The exact values times a factor, plus an offset; as few of the two as explain the error."""
     fit = scaled([c])
     if fit is None:
         return None
@@ -243,7 +250,7 @@ def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
 
 
 def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """Values at a bound where the right ones are beyond it."""
+    """The exact values, clipped at the smallest and the largest value of the column."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
     least = c.hidden
@@ -252,13 +259,16 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
         high if np.max(right) > high + least else np.inf,
     ]
     clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
-    # What was at a bound cannot be known.
+    # Rows at a bound contain no more information about the motion.
     deviation = np.where(clipped == right, 0.0, clipped - right)
     return _Deviation("clipped", deviation, tuple(bounds))
 
 
 def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
-    """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
+    """A moving average of the exact values over an odd number of evenly spaced rows.
+
+    All definitions of the column are tried. The deviation is NaN at both ends.
+    """
     time, value = c.trace.time, c.trace.value
     if c.values < m.rows or not are_even(time - time[0], float(np.ptp(time)) / (len(time) - 1)):
         return None
@@ -266,7 +276,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     right = np.array([*m.part.reference.approximate(time, names).values()])
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
-    # Ends as long as a fifth of the rows leave enough to tell it.
+    # Each end without an average is shorter than a tenth of the rows, so enough rows remain.
     for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
@@ -284,16 +294,16 @@ _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 
 
 def single_rows(report: Report) -> Undone | None:
-    """Single rows of a column that repeat the row before, or are far off beside right ones.
+    """Look for single rows of a column that repeat the row before, or are far off.
 
-    No motion stands still for a single row.
+    No motion stands still for a single row. These values are replaced with NaN.
     """
     found = {
         (m.maneuver, c.key): rows
         for m, c in places(report)
         if (rows := _odd_rows(m, c)) is not None
     }
-    # If most columns have odd rows, the maneuver has other rows, and no single column is to blame.
+    # If most columns of a maneuver have odd rows, the whole rows are wrong, not single columns.
     wide = {
         n
         for n, keys in grouped((n, key) for n, key in found).items()
@@ -322,14 +332,20 @@ def single_rows(report: Report) -> Undone | None:
 
 
 def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
-    """Rows that are far worse than most others."""
+    """Indices of rows with an error far larger than in most rows."""
     error = np.abs(c.trace.error)
     usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
     return np.flatnonzero(error > BY_FAR * max(usual, floor_of(c)))
 
 
 def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
-    """Single rows that do not fit their neighbours, and True if they repeat the row before."""
+    """Find single rows that do not fit their neighbours.
+
+    Returns
+    -------
+    tuple or None
+        Indices of the rows, and True if they repeat the row before, False if they are far off.
+    """
     if c.values < m.rows or m.rows < MIN_ROWS_FOR_SHAPE or is_right_column(c):
         return None
     value, least = c.trace.value, floor_of(c)
@@ -344,7 +360,7 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
     if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
-        # If the motion is right, repeated rows next to each other show as well.
+        # If the motion is right, also find several repeated rows in succession.
         of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= MAX_ROUNDING_FLOORS * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
@@ -364,7 +380,10 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
 
 
 def bounded(report: Report) -> Undone | None:
-    """Columns that stay at a bound, as the file itself shows it, whatever the motion."""
+    """Look for columns that stay at a bound; the file itself shows this, whatever its motion.
+
+    These columns are removed. None if all columns are bounded.
+    """
     found = {
         (m.maneuver, c.key): bounds
         for m, c in places(report)
@@ -385,10 +404,11 @@ def bounded(report: Report) -> Undone | None:
 
 
 def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
-    """The bounds at which a column stays; infinite where it has none; None if it has neither.
+    """Lower and upper bound at which a column stays, infinite if there is none; None without both.
 
-    It comes to a bound by steps far above its digits, and stays there as it stays nowhere else;
-    between its bounds it mostly is, and has many values.
+    A column stays at a bound for several rows, and comes to it and leaves it by steps far above its
+    digits. It stays at no other value, and most of its rows are between the bounds, with many
+    different values.
     """
     value = c.trace.value
     least = CLEARLY * floor_of(c)
@@ -402,18 +422,18 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     is_held = np.max(lengths[~is_bound], initial=0) >= _FEWEST_CLIPPED
     if c.values < MIN_ROWS_FOR_SHAPE or is_held or is_coarse:
         return None
-    told = []
+    bounds = []
     for bound, inf in ((low, -np.inf), (high, np.inf)):
-        # Not the first and the last rows, where a motion may begin or end.
+        # The first and the last rows do not count: a motion may begin or end at rest.
         here = np.flatnonzero((at == bound) & (lengths >= _FEWEST_CLIPPED))
         inner = here[(here > 0) & (here < len(at) - 1)]
         steps = np.minimum(np.abs(at[inner] - at[inner - 1]), np.abs(at[inner + 1] - at[inner]))
-        told.append(bound if len(inner) and np.max(steps) > least else inf)
-    return (told[0], told[1]) if np.any(np.isfinite(told)) else None
+        bounds.append(bound if len(inner) and np.max(steps) > least else inf)
+    return (bounds[0], bounds[1]) if np.any(np.isfinite(bounds)) else None
 
 
-def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
-    """Evidence of the columns, those of one kind and size together."""
+def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
+    """Make the evidence of deviations; deviations of one kind and size share one."""
     exchanged = _other_maneuvers(report, found)
     yield from (OtherManeuver(n, of) for n, of in exchanged.items())
     found = {place: d for place, d in found.items() if place[0] not in exchanged}
@@ -469,7 +489,7 @@ def _finite(x: float) -> float | None:
 
 
 def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
-    """The unit in which a factor is that of a column, if there is one."""
+    """The unit that has this factor relative to the unit of a column; None if there is none."""
     if more:
         return None
     _, c = report.by_column()[key][0]
@@ -479,7 +499,7 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
 def of_other_maneuvers(
     maneuvers: Sequence[ManeuverScore],
 ) -> Iterator[ColumnOfAnotherManeuver]:
-    """Columns that are the same numbers in two maneuvers, though these differ."""
+    """Find columns with the same numbers in two maneuvers, although their exact values differ."""
     for i, m in enumerate(maneuvers):
         for other in maneuvers[:i]:
             theirs = {c.key: c for c in other.columns}
@@ -503,9 +523,10 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
-    """The factor, the offset or both, the same in all maneuvers, that explain a column.
+    """Fit a factor, an offset, or both, the same in all maneuvers, that explain a column.
 
-    Of a factor and an offset the one that leaves less; both together if neither explains.
+    First a factor alone and an offset alone are tried, and the better of these is used if it
+    explains the error. Otherwise both are fitted together. None if these do not explain it either.
     """
     sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
     value = np.concatenate([c.trace.value for c in columns]) / sizes

@@ -1,8 +1,8 @@
-"""Edits: what a program does to the rows of a motion when it writes them.
+"""Edits: changes that a program makes to the rows of a motion when it writes them.
 
 An edit changes the times of the rows, or the columns. The edits of a program are made in fixed
-stages, whatever their order in a list: first the times, then columns that are computed from others,
-then single columns, and at last the places of columns. So columns are exchanged only after all of
+stages, whatever their order in a list: first times, then columns that are computed from others,
+then single columns, and at last the order of columns. So columns are exchanged only after all of
 them have been computed.
 """
 
@@ -46,32 +46,33 @@ class Edit:
     Attributes
     ----------
     stage : Stage
-        When it is made.
+        The stage in which the edit is made.
     """
 
     __slots__ = ()
     stage: Stage
 
     def meant(self, time: Array, step: float) -> Array:
-        """Return the times of the motion in rows with these written times, usually `step` apart."""
+        """Return the times of the motion in rows with the written times `time`.
+
+        `step` is the usual distance of the written times.
+        """
         return time
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns that are written in the place of these."""
+        """Return the columns that the program writes instead of these."""
         return columns
 
 
 @dataclass(frozen=True, slots=True)
 class Clock(Edit):
-    """Times on another scale, or shifted.
+    """A scale and a shift of the times: motion time = scale * written time + shift.
 
     Attributes
     ----------
     scale
-        Factor from the written times to those of the motion.
     shift
-        What is then added to get the times of the motion, in usual distances of the rows; in `undo`
-        it is in seconds.
+        In `meant` it is in rows (steps), in `undo` in seconds.
     """
 
     scale: float = 1.0
@@ -92,12 +93,12 @@ class Clock(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Rewritten(Edit):
-    """Columns that are computed differently.
+    """A change of the way in which some columns are computed.
 
     Attributes
     ----------
     change : callable
-        Returns all columns, the changed ones among them.
+        Returns all columns, including the changed ones.
     stage : Stage
     """
 
@@ -105,18 +106,18 @@ class Rewritten(Edit):
     stage: Stage = Stage.FROM_COLUMNS
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns with the changed ones among them."""
+        """Return all columns, including the changed ones."""
         return self.change(columns, time)
 
 
 @dataclass(frozen=True, slots=True)
 class Reversed(Edit):
-    """Rows from the last to the first, at ascending times."""
+    """A reversal of the rows, at ascending times."""
 
     stage = Stage.TIMES
 
     def meant(self, time: Array, step: float) -> Array:
-        """Return the times counted from the end."""
+        """Return the times of the motion, which fall from the last time to the first."""
         found: Array = time[0] + time[-1] - time
         return found
 
@@ -124,7 +125,7 @@ class Reversed(Edit):
         """Return the rows in the order of the motion."""
         time, lo = (part.time[0] + part.time[-1] - part.time)[::-1], -part.time_lo[::-1]
         if np.allclose(time, part.time, rtol=0.0, atol=_ROUNDED * part.time[-1]):
-            # Evenly spaced times stay the same when they are counted from the end.
+            # Evenly spaced times are symmetric: keep the written ones, which have no roundoff.
             time, lo = part.time, part.time_lo
         return replace(
             part,
@@ -137,17 +138,17 @@ class Reversed(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Mirrored(Edit):
-    """The opposite sign in the columns of roll and steer."""
+    """The opposite sign in all columns of roll and steer."""
 
     stage = Stage.SINGLE
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns of the motion to the other side."""
+        """Return the columns with the signs of the motion to the other side."""
         names = {c.name for key in LATERAL for c in DEFINITIONS[key]}
         return {name: -x if name in names else x for name, x in columns.items()}
 
     def undo(self, part: Part) -> Part:
-        """Return the rows of the motion to the given side."""
+        """Return the rows with the signs of roll and steer flipped back."""
 
         def flipped(columns: Columns) -> dict[str, Array]:
             return {key: -x if key in LATERAL else x for key, x in columns.items()}
@@ -157,7 +158,7 @@ class Mirrored(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Exchanged(Edit):
-    """Columns that are written in the places of others.
+    """A permutation of columns.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Columns whose values are coarser than their digits: of few bits, or on a grid."""
+"""Columns whose values are coarser than their digits: numbers of few bits, or on a grid."""
 
 from __future__ import annotations
 
@@ -21,20 +21,22 @@ from heyoka_bike.scoring.rows.table import Undone, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
-# A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
-# distances are anything, all are multiples of one by chance once in 1e5 columns.
+# A grid needs at least this many levels, far coarser than the digits. The levels of a smooth column
+# are multiples of one step by chance about once in 1e5 columns.
 _FEWEST_LEVELS = 5
-# Significant bits of numbers of half and single precision; the fewer are tried first.
+# Significant bits of half-precision and single-precision numbers; half precision is tried first.
 _HALF, _SINGLE = 11, 24
 _BITS = (_HALF, _SINGLE)
-# Largest deviation from a number of few bits, in half digits: one, and the roundoff of reading it.
+# Largest deviation from a number of few bits, in units of half the last digit: 1 for rounding, and
+# a little for the roundoff of reading.
 _ROUNDED = 1.01
-# The smallest ones tell the step, whose error counts least in them.
+# Number of the smallest distances between levels from which the step is found. The error of the
+# step counts least in small distances.
 _DISTANCES = 100
 
 
 def few_bits(report: Report) -> Undone | None:
-    """Columns of single or half precision, whatever digits they are written with."""
+    """Look for columns of single or half precision, whatever digits they are written with."""
     bits = {(m.maneuver, c.key): found for m, c in places(report) if (found := _bits_of(m, c))}
     if not bits:
         return None
@@ -60,14 +62,15 @@ def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
 
 
 def bits_of(values: Array, quantum: Quantum | None) -> int | None:
-    """Return the bits of half or single precision if the values have no more, or None.
+    """Return 11 or 24 if the values are numbers of half or single precision, otherwise None.
 
-    Each value is compared with the spacing of such numbers in its own binade. Where that spacing is
-    little more than the digits written, any value is near such a number by chance.
+    Each value is compared with the spacing of such numbers in its own binade. If that spacing is
+    hardly coarser than the digits written, any value is near such a number by chance, so these
+    values do not count.
     """
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
-    # Not np.unique, which imports masked arrays.
+    # np.unique would import masked arrays.
     if len(set(values.tolist())) < MIN_ROWS_FOR_SHAPE:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
@@ -83,10 +86,10 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
 
 
 def coarse_grids(report: Report) -> Undone | None:
-    """Columns whose values are all multiples of a step that is far coarser than their digits.
+    """Look for columns whose values are multiples of a step far coarser than their digits.
 
-    A grid hides errors that are smaller than its step. It counts only if it hides a part of the
-    column's error, or an error that costs one of the first six digits.
+    A grid hides errors that are smaller than its step. It counts only if the step is over a
+    hundredth of the column's error, or costs one of the first six digits.
     """
     levels = {
         (m.maneuver, c.key): _levels(m, c) for m, c in places(report) if not _has_few_bits(m, c)
@@ -101,14 +104,14 @@ def coarse_grids(report: Report) -> Undone | None:
         return None
     errors = grouped(((m.maneuver, c.key) in steps, c.error) for m, c in places(report))
     rest = max(errors.get(False, [1.0]))
-    # Counts of two rows may be off by one each.
+    # Each value may be off by one step, so a difference of two values may be off by two.
     by_grid = (
         (report[n][key].max_abs_error or 0.0) <= 2 * step * units[key]
         for (n, key), step in steps.items()
     )
     of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in report}
     if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # Beside the others it tells nothing of the motion.
+        # The other columns are right and far more accurate, so columns on a grid add nothing.
         on_grid = {key for _, key in steps}
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
@@ -131,9 +134,10 @@ def _matters(c: ColumnScore, step: float) -> bool:
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
-    """The step of which all levels are multiples, of those columns that have one.
+    """Step of which all levels are multiples, by place, for columns with such a step.
 
-    Few levels show no step, but are of one that other maneuvers show, or all of them together.
+    If a column has too few levels in one maneuver, the step is found from its other maneuvers, or
+    from its levels in all maneuvers together.
     """
     found = {place: step for place, x in levels.items() if (step := step_of(*x)) is not None}
     known = {key: step for (_, key), step in found.items()}
@@ -147,16 +151,16 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
         of_key = known.get(place[1])
         if of_key is None or not _are_multiples(values, of_key, least):
             continue
-        # The same step in all maneuvers, but where one has more places than another.
+        # A column has the same step in all maneuvers, or a different number of decimals in some.
         if abs(found.setdefault(place, of_key) / of_key - 1.0) < RIGHT:
             found[place] = of_key
     return {place: found[place] for place in levels if place in found}
 
 
 def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
-    """The different values of a column, and half of what its digits can tell, as written."""
+    """The different values of a column as written, and half of its last digit."""
     quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
-    # The first row is given, and need not be on the grid of what is measured.
+    # The first row is given, so it need not be on the grid of a measurement.
     values = values[1:][np.isfinite(values[1:])]
     least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
     if quantum is not None:
@@ -165,7 +169,7 @@ def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
 
 
 def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
-    """The rows with exact multiples of the steps, in the place of the digits written."""
+    """Replace the values of columns with the nearest exact multiples of their steps."""
     quantum = {key: Quantum(base=10, places=0, step=step) for key, step in steps.items()}
     values = {key: step * np.rint(part.values[key] / step) for key, step in steps.items()}
     return replace(
@@ -177,7 +181,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 
 
 def step_of(levels: Array, least: float) -> float | None:
-    """The step of which all levels are multiples; None if there is none."""
+    """Find the step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
     apart = apart[apart > MAX_ROUNDING_FLOORS * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
@@ -185,7 +189,8 @@ def step_of(levels: Array, least: float) -> float | None:
     step = _common(np.sort(apart)[:_DISTANCES], least)
     if step is None:
         return None
-    # By longer and longer spans and the largest level, in which rounding counts less and less.
+    # Refine the step by longer and longer spans, then by the largest level: there rounding counts
+    # less.
     ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
     for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
         step = float(whole) / max(round(float(whole) / step), 1)
@@ -193,11 +198,11 @@ def step_of(levels: Array, least: float) -> float | None:
 
 
 def _common(distances: Array, least: float) -> float | None:
-    """Return the largest common divisor of distances, to a hundredth; None if there is none.
+    """Find the largest common divisor of distances, to a hundredth; None if there is none.
 
-    Euclid's algorithm finds it.
-    A remainder is at most about half a step, so the step falls until all remainders vanish. If it
-    comes near `least`, the resolution of the digits, before that, there is no common divisor.
+    Euclid's algorithm: a remainder is at most half a step, so the step falls until all remainders
+    vanish. If the step comes near `least`, the resolution of the digits, before that, there is no
+    common divisor.
     """
     step = float(distances[0])
     while step > BY_FAR * least:

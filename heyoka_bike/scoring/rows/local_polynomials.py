@@ -6,10 +6,21 @@ from heyoka_bike.numbers.double import Array
 
 
 def local_polynomials(time: Array, x: Array, degree: int) -> Array:
-    """Coefficients, by row and power of the time from it, of polynomials through the rows nearest.
+    """Compute the coefficients of a polynomial through the rows nearest to each row.
 
-    Each goes through one row more than its degree; at either end they are not in the middle. Of
-    columns side by side, shape (n, c), the coefficients are as well: shape (n, powers, c).
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+    x : ndarray, shape (n,) or (n, c)
+        One column, or several columns side by side.
+    degree
+        Each polynomial goes through one row more than this. Near both ends of the time its rows
+        are not centred.
+
+    Returns
+    -------
+    ndarray, shape (n, degree + 1) or (n, degree + 1, c)
+        By row, and by power of the time from this row.
     """
     first = np.clip(np.arange(len(time)) - degree // 2, 0, len(time) - degree - 1)
     rows = first[:, None] + np.arange(degree + 1)

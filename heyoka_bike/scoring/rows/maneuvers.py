@@ -1,4 +1,4 @@
-"""Mistakes in all rows of a maneuver: reversed, at rest from some row on, or to the other side."""
+"""Faults in all columns of a maneuver: reversed, at rest from some row on, or mirrored."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from heyoka_bike.scoring.units import factor
 
 
 def stopped(report: Report) -> Undone | None:
-    """Maneuvers whose last rows repeat one another in all columns: the motion ended before them."""
+    """Look for maneuvers whose last rows repeat one row in all columns; keep only the first."""
     ended = {x.maneuver: x for x in standing_still(report.maneuvers) if x.are_all}
     if not ended:
         return None
@@ -32,9 +32,10 @@ def stopped(report: Report) -> Undone | None:
 
 
 def mirrored(report: Report) -> Undone | None:
-    """Maneuvers with the opposite sign in all columns of roll and steer, beside right ones.
+    """Look for maneuvers with the opposite sign in all columns of roll and steer.
 
-    This is the right motion after a start to the other side: speed and energies are the same.
+    This is the exact motion after a start to the other side: speed and energies are the same. If
+    all maneuvers have these signs, this is a convention, not a fault.
     """
     turned = [m for m in report.maneuvers if _is_mirrored(m)]
     if not turned or len(turned) == len(report.maneuvers):
@@ -52,7 +53,7 @@ def _is_mirrored(m: ManeuverScore) -> bool:
 
 
 def reversed_rows(report: Report) -> Undone | None:
-    """Maneuvers whose last row contains the given initial conditions, and the first does not."""
+    """Look for maneuvers with the given initial conditions in the last row, not in the first."""
     turned = [m for m in report.maneuvers if _ends_at_the_start(m)]
     if not turned:
         return None
@@ -64,8 +65,8 @@ def reversed_rows(report: Report) -> Undone | None:
 def _ends_at_the_start(m: ManeuverScore) -> bool:
     """True if the last row contains the given initial conditions, and the first is far from them.
 
-    Signs are ignored and default definitions assumed: those that were recognised mean nothing if
-    the rows are reversed.
+    Signs are ignored and default definitions assumed, because signs and definitions recognised from
+    reversed rows are meaningless.
     """
     if m.rows < MIN_ROWS_FOR_SHAPE:
         return False
@@ -84,11 +85,11 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
 
 
 def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
-    """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
+    """Find last rows that repeat the same numbers, although the exact motion goes on."""
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
-        # With few digits a motion that dies away also seems to rest for a while before it goes on.
+        # With few digits, a motion that decays also seems to rest for a while before it goes on.
         others = [
             c for c in whole
             if still[c.key] < max(MIN_ROWS_FOR_SHAPE, AS_GOOD * _still_before(c))
@@ -114,5 +115,5 @@ def last_step(c: ColumnScore) -> int:
 
 
 def _moves(c: ColumnScore, first: int) -> bool:
-    """True if the right column varies clearly above its digits from the row `first` on."""
+    """True if the exact values vary clearly above the digits from the row `first` on."""
     return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)

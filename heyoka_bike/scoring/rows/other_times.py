@@ -1,4 +1,4 @@
-"""Columns held against the reference at other times than those that are written."""
+"""Comparison of columns with the reference at times other than those written."""
 
 from collections.abc import Sequence
 
@@ -9,13 +9,13 @@ from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# A larger scale, or shift in parts of the run, is seen when the file is read, or looks like another
-# motion.
+# Largest change of the scale, and largest shift relative to the run, that are fitted. A larger one
+# is found when the file is read, or looks like another motion.
 _LARGEST = 0.2
 
 
 class AtOtherTimes:
-    """Some columns of a maneuver, in some of its rows, held against the reference at any times."""
+    """Some columns and rows of a maneuver, compared with the reference at any times."""
 
     def __init__(
         self, m: ManeuverScore, columns: Sequence[ColumnScore], rows: slice = slice(None)
@@ -31,7 +31,7 @@ class AtOtherTimes:
         self._values = np.array([c.trace.value[rows] / c.scale for c in self.columns])
 
     def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Errors at these times, in scales, and the rows that are then within the run."""
+        """Return the errors in scales at the times `meant`, and True for rows within the run."""
         rows = (meant >= 0.0) & (meant <= self.end)
         right = self._reference.approximate(np.clip(meant, 0.0, self.end), self._names)
         each = [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
@@ -44,12 +44,25 @@ class AtOtherTimes:
 
 
 def meant_by(time: Array, clock: Array) -> Array:
-    """Times on another clock: one plus the scale, and the shift [s]."""
+    """Return ``time * (1 + clock[0]) + clock[1]`` [s]."""
     return time * (1.0 + float(clock[0])) + float(clock[1])
 
 
 def fitted_clock(every: Sequence[AtOtherTimes], of: Sequence[int]) -> Array | None:
-    """Less one, the scale, and the shift [s], by Newton's method with some of both; None if far."""
+    """Fit a clock, the scale minus one and the shift [s], by Newton's method.
+
+    Parameters
+    ----------
+    every
+        Columns of one or several maneuvers, which share the clock.
+    of
+        Indices of the unknowns to fit: 0 for the scale, 1 for the shift. The other one stays 0.
+
+    Returns
+    -------
+    ndarray, shape (2,), or None
+        The clock for `meant_by`; None if it exceeds `_LARGEST`.
+    """
     clock = np.zeros(2)
     end = max(wrong.end for wrong in every)
     for _ in range(ROUNDS_OF_NEWTON):

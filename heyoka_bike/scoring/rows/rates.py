@@ -1,7 +1,7 @@
-"""Rates held against their own angles, whatever the motion is.
+"""Comparison of rates with their own angles, whatever the motion is.
 
-An angle and its rate may be in each other's place, and a rate may be a difference of its angle, or
-that of another row.
+An angle and its rate may be exchanged, and a rate may be a difference of its angle, or the rate at
+another row.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ LATERAL_ANGLES = {rate: angle for rate, angle in ANGLE_OF.items() if rate in LAT
 """The keys of the roll and steer angles, by the keys of their rates."""
 
 ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
-"""Numbers of rows by which a rate may be late that are tried."""
+"""Delays of a rate that are tried, in rows."""
 
-# Of polynomials through so few rows that a corner in the motion reaches no further.
+# Degree of the polynomials that give the slopes of angles. It is low, so that a corner in the
+# motion affects only a few rows.
 _DEGREE_OF_SLOPES = 4
 
 
 def exchanged_with_rate(report: Report) -> Undone | None:
-    """An angle and its rate in each other's place.
+    """Look for an angle and its rate that are exchanged.
 
-    What is written as the angle is then the slope of what is written as the rate, whatever the
-    motion.
+    The column written as the angle is then the slope of the column written as the rate, whatever
+    the motion.
     """
     found = [
         key for key in _rates_of(report) if all(_is_slope_of_rate(m, key) for m in report.maneuvers)
@@ -56,7 +57,7 @@ def exchanged_with_rate(report: Report) -> Undone | None:
 
 
 def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
-    """True if an angle is the slope of its rate, and the rate is far from that of its angle."""
+    """True if an angle is the slope of its rate, and the rate is far from the angle's slope."""
     angle_key = LATERAL_ANGLES[key]
     if key not in m or angle_key not in m:
         return False
@@ -74,44 +75,46 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
 
 
 def _rates_of(report: Report) -> list[str]:
-    """The rates that the file has."""
+    """Keys of the rates that the file contains."""
     return [key for key in LATERAL_ANGLES if any(key in m for m in report.maneuvers)]
 
 
-def _put_aside(report: Report, rates: Sequence[str], told: Mapping[str, Evidence]) -> Undone | None:
-    """What is told of some rates, and the rows without these; None of none, or of both.
+def _without_wrong_rates(
+    report: Report, rates: Sequence[str], wrong: Mapping[str, Evidence]
+) -> Undone | None:
+    """Remove wrong rates from the rows; None if no rate is wrong, or both are.
 
-    Where both are wrong, whole programs that make this mistake are compared.
+    If both are wrong, simulated programs with this mistake are compared with the file instead.
     """
-    if not told or len(told) == len(rates) > 1:
+    if not wrong or len(wrong) == len(rates) > 1:
         return None
-    parts = (m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers)
-    return Undone(tuple(told.values()), tuple(parts))
+    parts = (m.part.only(m.part.values.keys() - wrong.keys()) for m in report.maneuvers)
+    return Undone(tuple(wrong.values()), tuple(parts))
 
 
 def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
-    """A rate and its angle, if both are there with enough values at the same times."""
+    """A rate and its angle, if the maneuver contains both with enough values at equal times."""
     if key not in m or LATERAL_ANGLES[key] not in m:
         return None
     rate, angle = m[key], m[LATERAL_ANGLES[key]]
-    is_told = rate.values >= MIN_ROWS_FOR_SHAPE
-    is_told = is_told and np.array_equal(rate.trace.time, angle.trace.time)
-    return (rate, angle) if is_told else None
+    is_usable = rate.values >= MIN_ROWS_FOR_SHAPE
+    is_usable = is_usable and np.array_equal(rate.trace.time, angle.trace.time)
+    return (rate, angle) if is_usable else None
 
 
 def own_differences(report: Report) -> Undone | None:
-    """A rate that is a difference of its own angle, where the other rate is not."""
+    """Look for a rate that is a difference of its own angle, while the other rate is not."""
     rates = _rates_of(report)
     found = {
         key: set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
         for key in rates
     }
-    told = {key: RateOfDifferences(key, min(ways)) for key, ways in found.items() if ways}
-    return _put_aside(report, rates, told)
+    wrong = {key: RateOfDifferences(key, min(ways)) for key, ways in found.items() if ways}
+    return _without_wrong_rates(report, rates, wrong)
 
 
 def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
-    """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
+    """Which differences of its angle a rate equals: ``forward``, ``backward``, ``central``."""
     if (both := _with_its_angle(m, key)) is None:
         return set()
     rate, angle = both
@@ -131,7 +134,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
-        # Where the digits tell such a difference from the slope of the angle.
+        # Rows in which the difference and the slope of the angle differ by more than the digits.
         telling = np.abs(slope - smooth[rows]) > CLEARLY * least
         if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and all(
             np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
@@ -141,18 +144,18 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
 
 
 def shifted_rate(report: Report) -> Undone | None:
-    """A rate that is that of its own angle some rows before or after, and the other one is not."""
+    """Look for a rate that is shifted by rows from its own angle, while the other rate is not."""
     rates = _rates_of(report)
     each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
     alike = {key: next(iter(of)) for key, of in each.items() if len(of) == 1}
-    told = {key: RateOfOtherRow(key, rows) for key, rows in alike.items() if rows}
-    return _put_aside(report, rates, told)
+    wrong = {key: RateOfOtherRow(key, rows) for key, rows in alike.items() if rows}
+    return _without_wrong_rates(report, rates, wrong)
 
 
 def _rows_off(m: ManeuverScore, key: str) -> float:
-    """By how many rows a rate is later than the slope of its angle; 0 if not by a half or one."""
+    """Delay of a rate relative to the slope of its angle, one of `ROWS_LATE`; 0 if none fits."""
     both = _with_its_angle(m, key)
-    # Beside a right rate the angle is another one.
+    # If the rate is right, the angle is wrong, not the rate.
     if both is None or is_right_column(both[0]):
         return 0.0
     rate, angle = both
@@ -171,5 +174,5 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
     is_best = BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size)
-    # Differences are nearly that, and seen as such.
+    # A difference is nearly a shift by half a row; `own_differences` reports it.
     return best if is_best and not _how_differenced(m, key) else 0.0

@@ -1,4 +1,4 @@
-"""The result of a look at the rows, `Undone`, and measures of columns that several looks use."""
+"""The result of a look at the rows (`Undone`), and functions on columns that several looks use."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Place
 
 @dataclass(frozen=True, slots=True)
 class Undone:
-    """The changes that were seen in the rows, and the rows with these changes undone.
+    """The changes that a look found in the rows, and the rows with these changes undone.
 
     Attributes
     ----------
     seen : tuple of Evidence
+        The changes.
     parts : tuple of Part
+        The corrected rows, by maneuver.
     """
 
     seen: tuple[Evidence, ...]
@@ -33,26 +35,26 @@ RowCheck = Callable[[Report], Undone | None]
 
 
 def worst(report: Report) -> Remainder:
-    """The largest error of a column, in its scale, and where it is."""
+    """Return the largest error relative to the scale of its column, with its place."""
     errors = ((c.error, f"{m.maneuver}.{c.key}") for m, c in places(report))
     return Remainder(*max(errors, default=(0.0, "")))
 
 
 def floor_of(c: ColumnScore) -> float:
-    """Return the floor of a column, but at least the roundoff of computing its values [SI]."""
+    """Return the resolution limit of a column, or the roundoff of its values if larger [SI]."""
     return max(c.floor or 0.0, ROUNDING * c.scale)
 
 
 def is_right_column(c: ColumnScore) -> bool:
-    """True if a column is as right as its digits, or binary64 arithmetic, can be."""
+    """True if the error of a column is within its digits or the roundoff of binary64."""
     return c.is_hidden or (c.max_rel_error is not None and c.error < ROUNDING)
 
 
 def places(report: Report) -> Iterator[Place]:
-    """Columns of the benchmark with values."""
+    """Iterate over the columns of the benchmark that have values, with their maneuvers."""
     return ((m, c) for m, c in report.places if c.key in BENCHMARK_COLUMNS)
 
 
 def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
-    """Columns with a value in every row, whose definition is known."""
+    """List the columns with a known definition and a value in every row."""
     return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]

@@ -1,7 +1,8 @@
-"""Wrong times: whether the rows of a file are right at other times than those written.
+"""Wrong times: whether the rows of a file are right at times other than those written.
 
-Three looks, each with no more unknowns than the columns can tell: rows that are counted have none,
-one scale for the whole file has one, and a scale and a shift of each maneuver have two.
+There are three looks, and each fits only as many unknowns as the columns determine: times that are
+multiples of a step (no unknown), one scale for the whole file (one unknown), and a scale and a
+shift for each maneuver (two unknowns).
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, mea
 from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
 
-# Digits of a step that somebody chose.
+# Significant digits of a step entered by a person.
 _DIGITS_OF_STEP = 3
 
 
 class _Wrong(AtOtherTimes):
-    """The wrong columns of a maneuver."""
+    """The wrong benchmark columns of a maneuver; none if it has too few rows."""
 
     def __init__(self, m: ManeuverScore) -> None:
         whole = whole_columns(m) if m.rows >= MIN_ROWS_FOR_SHAPE else []
@@ -40,31 +41,35 @@ class _Wrong(AtOtherTimes):
 
     @cached_property
     def before(self) -> Array:
-        """What the times written leave."""
+        """RMS error of each column at the written times, in scales."""
         return self.left(self.time)
 
     @cached_property
     def floors(self) -> Array:
-        """What the digits can tell of each column."""
+        """Largest error of each column that its digits hide, in scales."""
         return np.array([c.hidden / c.scale for c in self.columns])
 
     def are_right(self, left: Array) -> bool:
-        """True if so little is left, and so much less than there was, that the times are meant."""
+        """True if times that leave these RMS errors, in scales, are the correct times.
+
+        Every error must fall by the factor `BY_FAR` or to the digits written, and be below
+        `TOLERANCE`.
+        """
         falls = (left * BY_FAR < self.before) | (left <= self.floors)
-        # To fall to the digits from next to them shows nothing.
+        # At least one error must fall by the factor: a small fall to the digits proves nothing.
         is_shown = bool(np.any(left * BY_FAR < self.before))
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
 def other_unit(report: Report) -> Undone | None:
-    """Times in minutes or hours, as was seen when the file was aligned."""
+    """Correct times in minutes or hours, which the alignment has found."""
     larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
     # The evidence is empty: `diagnosed` reports the unit with the other evidence of the times.
     return None if larger is None else _at_other_times(report, (), larger.seconds, 0.0)
 
 
 def late_rows(report: Report) -> Undone | None:
-    """Times that are all shifted, as was seen when the file was judged."""
+    """Correct a constant shift of all times, which the judge has found."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     return None if late is None else _at_other_times(report, (late,), 1.0, late.shift)
 
@@ -86,9 +91,9 @@ def _at_other_times(
 
 
 def counted_rows(report: Report) -> Undone | None:
-    """Rows that are the right ones of multiples of a step, from which the written times creep away.
+    """Look for rows that are right at multiples of a step from which the written times drift away.
 
-    Times that are added up do so, above all in single precision.
+    This happens if the program adds up the steps, above all in single precision.
     """
     every = [_Wrong(m) for m in report.maneuvers]
     if not any(wrong.columns for wrong in every):
@@ -111,7 +116,7 @@ def counted_rows(report: Report) -> Undone | None:
 
 
 def _counted(time: Array) -> tuple[float, Array] | None:
-    """A decimal step and its multiples, one for each row, that are not the times written."""
+    """Find a decimal step and its multiples, one for each row; None if these are the times."""
     step = float(f"{(time[-1] - time[0]) / max(len(time) - 1, 1):.{_DIGITS_OF_STEP}g}")
     if not step > 0.0:
         return None
@@ -122,14 +127,14 @@ def _counted(time: Array) -> tuple[float, Array] | None:
 
 
 def _is_single_sum(time: Array, step: float) -> bool:
-    """True if times are what adding up a step in single precision gives."""
+    """True if adding up the step in single precision gives exactly these times."""
     steps = np.full(len(time), np.float32(step))
     steps[0] = np.float32(time[0])
     return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
 
 
 def one_clock(report: Report) -> Undone | None:
-    """Rows that are the right ones of times on one scale, where no maneuver tells its own clock."""
+    """Look for one scale of all times, if single maneuvers have too few wrong columns for this."""
     every = [_Wrong(m) for m in report.maneuvers]
     counts = [len(wrong.columns) for wrong in every]
     if sum(counts) < FEW_COLUMNS or max(counts) > FEW_COLUMNS or not all(counts):
@@ -145,7 +150,7 @@ def one_clock(report: Report) -> Undone | None:
 
 
 def other_clocks(report: Report) -> Undone | None:
-    """Rows that are right at other times: by one clock for all maneuvers, or by several."""
+    """Look for a scale and a shift of the times, common to all maneuvers or different in each."""
     clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
     same = {_rounded(clock) for clock in clocks.values()}
     if not clocks:
@@ -159,7 +164,7 @@ def other_clocks(report: Report) -> Undone | None:
             scale, shift = clocks[m.maneuver]
             rows = shift / m.step if m.step else None
             if _is_refuted(m, np.array([scale - 1.0, shift])):
-                # Only the wrong columns belong to other times, and are left out of what follows.
+                # Only the wrong columns belong to other times. They are left out from here on.
                 keys = tuple(c.key for c in _Wrong(m).columns)
                 seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
                 part = part.only(part.values.keys() - {*keys})
@@ -171,7 +176,7 @@ def other_clocks(report: Report) -> Undone | None:
 
 
 def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
-    """One clock for all maneuvers: the mean of their scales, and of their shifts."""
+    """Correct the times of all maneuvers by one clock: the mean of their scales and shifts."""
     scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
     if any(_is_refuted(m, np.array([scale - 1.0, shift])) for m in report.maneuvers):
         return None
@@ -181,7 +186,7 @@ def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None
 
 
 def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
-    """True if a column that is right would be wrong at the times of a clock."""
+    """True if a column that is right at the written times is wrong at the times of a clock."""
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
     left = right.left(meant_by(right.time, clock))
     limits = [floor_of(c) / c.scale for c in right.columns]
@@ -189,7 +194,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
 
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
-    """The rows at the times that are meant, of those that are then within the run."""
+    """The rows at the times of a clock; rows that are then outside the run are dropped."""
     return Clock(scale, shift).undo(part).within_run()
 
 
@@ -199,13 +204,14 @@ def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
 
 
 def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
-    """Scale and shift of the times that make all columns of a maneuver right."""
+    """Scale and shift [s] of the times at which all columns of a maneuver are right, or None."""
     wrong = _Wrong(m)
     if len(wrong.columns) <= FEW_COLUMNS:
         return None
     clocks = [fitted_clock([wrong], of) for of in ((1,), (0,), (0, 1))]
     found = [(c, wrong.left(meant_by(wrong.time, c))) for c in clocks if c is not None]
-    # Where both together lead too far, nothing is held against one of them.
+    # Prefer a shift alone, then a scale alone, if it is as good as both together. If the fit of
+    # both failed, either alone may be used.
     least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
         is_as_good = np.all(left <= np.maximum(AS_GOOD * least, wrong.floors))

@@ -1,1 +1,1 @@
-"""Charts of the pages, as SVG: how they are drawn, and those of results."""
+"""Charts of the pages as SVG: drawing functions, and the charts of results."""

@@ -1,7 +1,8 @@
-"""Charts as SVG: as wide as their place, letters and lines of fixed size.
+"""Charts as SVG that fill the available width, with text and lines of fixed size.
 
-Across, places are parts of the width; down, they are pixels. The lines lie in an inner SVG that is
-stretched. A chart has no colours of its own: each line has a class, which the page gives a look.
+Horizontal positions are fractions of the width, vertical ones are pixels. The lines are in an inner
+SVG that is stretched. A chart has no colours: each line has a class, and the style sheet of the
+page defines its look.
 """
 
 import math
@@ -16,8 +17,8 @@ from heyoka_bike.numbers.double import Array
 
 Indices = NDArray[np.intp]
 _LEAST_POSITIVE = 1e-300
-_SVG_WIDTH, _SVG_HEIGHT = 4000, 2000  # steps of the inner SVG
-_FEW_POINTS = 40  # rows that are drawn as points too
+_SVG_WIDTH, _SVG_HEIGHT = 4000, 2000  # size of the inner SVG in its integer units
+_FEW_POINTS = 40  # lines with at most this many points also show the points
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +31,10 @@ class ChartAxis:
         The ends; their decimal logarithms if logarithmic.
     is_log
     ticks : tuple of (float, str)
-        Place from 0 to 1 and label (SVG markup), ascending; an empty label for a line without.
+        Position from 0 to 1 and label (SVG markup), ascending; the label may be empty.
     offset
-        Subtracted from the values of a linear axis before anything else, so that small changes
-        of large values can be read.
+        Subtracted from the values of a linear axis, so that small changes of large values can be
+        read.
     """
 
     low: float
@@ -43,7 +44,10 @@ class ChartAxis:
     offset: float = 0.0
 
     def place(self, values: Array) -> Array:
-        """Where values lie, 0 at the lower end and 1 at the upper one; zero is minus infinity."""
+        """Return positions of values, from 0 at the lower end to 1 at the upper end.
+
+        On a logarithmic axis the position of zero is minus infinity.
+        """
         if self.is_log:
             with np.errstate(divide="ignore"):
                 values = np.log10(values)
@@ -52,44 +56,44 @@ class ChartAxis:
         return np.asarray((values - self.low) / (self.high - self.low))
 
     def at(self, value: float) -> float:
-        """Where one value lies."""
+        """Return the position of one value, see `place`."""
         return float(self.place(np.array(value)))
 
     @property
     def offset_text(self) -> str:
-        """Return what follows the name of the quantity: `` − 8.0`` if that is the offset."""
+        """Text after the name of the quantity, such as `` − 8.0``; empty without an offset."""
         return f" {'−' if self.offset > 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
 
 
 def times(start: float, end: float) -> ChartAxis:
-    """ChartAxis of a run's time, from its first to its last row."""
+    """Return the time axis of a run, from its first to its last row."""
     if not end > start:
         start, end = start - 0.5, start + 0.5
     return _ticked(start, end, 6)
 
 
 def linear(low: float, high: float) -> ChartAxis:
-    """ChartAxis of a quantity with some room around it.
+    """Return a linear axis with some room at both ends.
 
-    It spans at least 1e-5 of the values themselves: less is for a figure of errors.
+    It spans at least 1e-5 of the values; smaller differences belong in a figure of errors.
     """
     size = max(abs(low), abs(high))
     middle, half = low / 2 + high / 2, high / 2 - low / 2
     half = max(1.08 * half, 0.5e-5 * size) or 1.0
     offset = 0.0
     if half < 1e-3 * size:
-        # Of the axis only, so that a few digits do.
+        # Round the offset, so that it has few digits.
         offset = round(middle, -math.ceil(math.log10(half)))
     return _ticked(middle - offset - half, middle - offset + half, 4, offset)
 
 
 def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
-    """Logarithmic axis of whole decades around two positive values, a line for each.
+    """Return a logarithmic axis of whole decades around two positive values, a line for each.
 
     Parameters
     ----------
     labels
-        At most so many of the lines have a label.
+        Maximum number of labelled lines.
     """
     # A quotient of tiny numbers may have become 0.
     low, high = max(low, _LEAST_POSITIVE), max(high, _LEAST_POSITIVE)
@@ -104,7 +108,7 @@ def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
 
 
 def spread(low: float, high: float) -> ChartAxis:
-    """Logarithmic axis with room at both ends of two positive values; labels at 1, 2 and 5."""
+    """Return a logarithmic axis with room around two positive values; labels at 1, 2 and 5."""
     a, b = math.log10(low), math.log10(high)
     room = max(0.15 * (b - a), 0.05)
     a, b = a - room, b + room / 3
@@ -118,7 +122,7 @@ def spread(low: float, high: float) -> ChartAxis:
 
 
 def _ticked(low: float, high: float, count: int, offset: float = 0.0) -> ChartAxis:
-    """Linear axis with about so many labels at 1, 2 or 5 times a power of ten."""
+    """Return a linear axis with about `count` labels at 1, 2 or 5 times a power of ten."""
     rough = (high - low) / count
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= rough * 0.999)
@@ -149,15 +153,15 @@ class Line:
     Attributes
     ----------
     name
-        For the legend and the read-out.
+        Name for the legend and the read-out.
     style
         Class of the line.
     x, y : ndarray, shape (n,)
-        Values, as the axes have them.
+        Values in the units of the axes.
     unit
-        Of y, for the read-out.
+        Unit of y for the read-out.
     has_points
-        True if its points are marked however many they are.
+        True to mark the points, however many there are.
     """
 
     name: str
@@ -170,10 +174,9 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """A value with some text: a horizontal line, or a notch beside the right end of a chart.
+    """A value with a text: a horizontal line, or a notch at the right end of a chart.
 
-    The text stands at the start of the line, where errors are small; at a notch it is for who
-    points at it.
+    The text is at the start of the line, where errors are small. For a notch it is a tooltip.
     """
 
     value: float
@@ -183,7 +186,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A straight thin line between two points, with some text at the first."""
+    """A straight thin line between two points, with a text at the first point."""
 
     x: tuple[float, float]
     y: tuple[float, float]
@@ -192,18 +195,18 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point with a word beside it.
+    """A point with a label.
 
     Attributes
     ----------
     x, y
-        Values, as the axes have them.
+        Values in the units of the axes.
     style
-        Class of the point and the word.
+        Class of the point and the label.
     text
-        The word.
+        The label.
     about
-        For who points at it.
+        The tooltip.
     """
 
     x: float
@@ -227,16 +230,16 @@ def chart(
     guides: Sequence[Guide] = (),
     marks: Sequence[Mark] = (),
 ) -> str:
-    """A chart as HTML.
+    """Draw a chart as HTML.
 
     Parameters
     ----------
     about
-        Its content in words, for those who do not see it.
+        Description for screen readers.
     title, x_title
         Quantity and unit of the axes.
     height
-        Of the area of the lines [px].
+        Height of the area of the lines [px].
     """
     area = _Area(x, y, height)
     below = f'x="100%" y="{height + 33}" text-anchor="end"'
@@ -264,36 +267,36 @@ def chart(
 
 
 def wide(drawn: str, caption: str) -> str:
-    """A figure as wide as the page, with its caption below; empty without a chart."""
+    """Return a figure as wide as the page with a caption below; empty without a chart."""
     return (
         f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>' if drawn else ""
     )
 
 
 def small(name: str, drawn: str, said: str = "") -> str:
-    """A figure beside others, below its name and what is said of it."""
+    """Return a small figure with its name and a remark above."""
     about = f"<b>{escape(name)}</b>{' ' if said else ''}{said}"
     return f"<figure><figcaption>{about}</figcaption>{drawn}</figure>"
 
 
 def empty(text: str) -> str:
-    """Return the text in place of a chart."""
+    """Return a text that replaces a chart."""
     return f'<p class="empty">{text}</p>'
 
 
 def _ends(axis: ChartAxis) -> str:
-    """Return the ends of an axis, from which the read-out finds values."""
+    """Return the ends of an axis for the read-out of values."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"
 
 
 class _Area:
-    """The area of a chart: across in parts of its width, down in pixels."""
+    """The area of a chart; horizontal positions are fractions, vertical ones pixels."""
 
     def __init__(self, x: ChartAxis, y: ChartAxis, height: int) -> None:
         self._x, self._y, self._height = x, y, height
 
     def _down(self, at: float) -> float:
-        """Pixels from above of a place on the axis, 0 to 1."""
+        """Distance of a position on the y axis (0 to 1) from the upper end [px]."""
         return (1 - at) * self._height
 
     def grid(self) -> Iterator[str]:
@@ -315,7 +318,7 @@ class _Area:
                 yield f'<text x="-7" y="{self._down(at) + 4:.5g}" text-anchor="end">{text}</text>'
 
     def line(self, line: Line) -> str:
-        """Points as steps from each to the next, in integers."""
+        """Return the path of a line, as integer steps from point to point."""
         if not len(line.x):
             return ""
         across = np.rint(self._x.place(line.x) * _SVG_WIDTH).astype(int)
@@ -346,7 +349,7 @@ class _Area:
         at = self._y.at(level.value)
         if not level.text or not 0 <= at <= 1:
             return ""
-        # Above its line, but below it at the upper end.
+        # Put the text above its line; near the upper end of the chart, below it.
         down = self._down(at)
         down += 14 if down < 16 else -5
         return f'<text class="note" x="0" dx="5" y="{down:.5g}">{escape(level.text)}</text>'
@@ -383,14 +386,14 @@ class _Area:
 
 
 def envelope(x: Array, y: Array, bins: int) -> tuple[Array, Array]:
-    """The smallest and the largest y of each bin of x, as the points they are, in order.
+    """Return the points with the smallest and the largest y in each bin of x, in order.
 
     Parameters
     ----------
     x, y : ndarray, shape (n,)
-        x ascending; both finite.
+        Finite values; x ascending.
     bins
-        At most twice as many points are left; fewer than that come back as they are.
+        Number of bins. If there are at most twice as many points, all are returned.
     """
     if len(x) <= 2 * bins:
         return x, y
@@ -402,7 +405,7 @@ def envelope(x: Array, y: Array, bins: int) -> tuple[Array, Array]:
 
 
 def highest(x: Array, y: Array, bins: int) -> tuple[Array, Array]:
-    """The largest y of each bin of x, as the point it is; see `envelope`."""
+    """Return the points with the largest y in each bin of x; see `envelope`."""
     if len(x) <= bins:
         return x, y
     keep = _where(y, np.maximum, _starts(x, bins))
@@ -410,14 +413,14 @@ def highest(x: Array, y: Array, bins: int) -> tuple[Array, Array]:
 
 
 def _starts(x: Array, bins: int) -> Indices:
-    """Index of the first point of each bin that has any."""
+    """Indices of the first point in each bin that is not empty."""
     edges = np.linspace(x[0], x[-1], bins, endpoint=False)
     starts: Indices = np.searchsorted(x, edges)
     return np.unique(starts[starts < len(x)])
 
 
 def _where(y: Array, extreme: np.ufunc, starts: Indices) -> Indices:
-    """Index of the first extreme value of each bin."""
+    """Indices of the first extreme value in each bin."""
     bin_of = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(y))))
     found = np.flatnonzero(y == extreme.reduceat(y, starts)[bin_of])
     first = np.diff(bin_of[found], prepend=-1) > 0

@@ -1,4 +1,4 @@
-"""Figures of results: errors over time, against steps and costs, and by definition."""
+"""Figures of results: errors over time, against step and processor time, and by definition."""
 
 import math
 from collections.abc import Sequence
@@ -22,20 +22,21 @@ from heyoka_bike.showing.wording.number_text import in_unit, number, plain
 from heyoka_bike.showing.wording.run_text import run_name
 
 _ALL_HEIGHT, _COST_HEIGHT, _PROGRAMS_HEIGHT, _ONE_HEIGHT = 300, 280, 160, 120
-# Looks of lines in page.css; columns beyond the eight of the benchmark share them.
+# Number of line styles in page.css; columns beyond the benchmark's eight reuse them.
 _STYLES = 8
-_APART = (0, 7, 2, 4, 3, 5, 1, 6)  # those of different colours first
+_APART = (0, 7, 2, 4, 3, 5, 1, 6)  # order of the styles in which neighbours differ most in colour
 _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
-# Of one column's error, which is 0 somewhere, or nearly; and of several programs'.
+# Maximum number of decades shown for the error of one column, and for the errors of several
+# programs. An error that crosses zero would need many more.
 _MOST_DECADES, _MOST_OF_PROGRAMS = 10, 16
 _LOWEST_ERROR = 1e-40
-_MOST_ORDER = 12  # of the guides
+_MOST_ORDER = 12  # largest observed order that counts for the guides
 _RELATIVE = "error / scale of the column"
 _LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
 
 
 def legend(items: Sequence[tuple[str, str, str]]) -> str:
-    """Legend of a figure: name, class and a remark for each line."""
+    """Draw the legend of a figure from name, class and remark of each line."""
     entries = "".join(
         f'<li data-name="{escape(name)}"><svg class="key" width="30" height="10" '
         f'aria-hidden="true"><path class="{style}" d="M1 5h28"/></svg> {escape(name)}'
@@ -46,12 +47,12 @@ def legend(items: Sequence[tuple[str, str, str]]) -> str:
 
 
 def _style_of(key: str) -> str:
-    """Class of a column's lines, the same in all figures; the benchmark's eight differ."""
+    """Class of a column's lines, the same in all figures; the benchmark's eight all differ."""
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
 def run_time(maneuvers: Sequence[ManeuverScore]) -> ChartAxis:
-    """ChartAxis of the time, over all that is compared; some columns may go further than others."""
+    """Return the time axis over the compared rows of all columns."""
     runs = [c.trace.time for m in maneuvers for c in m.columns if len(c.trace.time)]
     return draw.times(
         min((float(t[0]) for t in runs), default=0.0),
@@ -60,7 +61,7 @@ def run_time(maneuvers: Sequence[ManeuverScore]) -> ChartAxis:
 
 
 def all_errors(m: ManeuverScore) -> str:
-    """Errors of all columns over time, each relative to its scale."""
+    """Draw the errors of all columns over time, each relative to its scale."""
     lines, notches, items, peaks = [], [], [], []
     for c in m.columns:
         name, style, size = label(c.key), _style_of(c.key), c.scale
@@ -81,36 +82,36 @@ def all_errors(m: ManeuverScore) -> str:
         return empty("The error is exactly 0 in every row of every column.")
     low, high = min(peaks + [n.value for n in notches]), max(*peaks, 2 * TOLERANCE)
     about = f"Errors of all columns of maneuver {m.maneuver} over time, relative to the scale of "
-    about += "each, logarithmic"
+    about += "the column, logarithmic"
     drawn = chart(
         run_time([m]), draw.decades(low, high), lines, about=about, title=_RELATIVE,
         height=_ALL_HEIGHT, levels=[_LEVEL_OF_TOLERANCE], notches=notches,
     )  # fmt: skip
     caption = (
-        "How fast the solutions part: the largest error in each short piece of time, divided by "
-        "the largest absolute value of the reference. Above the dashed line a column has fewer "
+        "How fast the solutions separate: the largest error in each short time interval, divided "
+        "by the largest absolute value of the reference. Above the dashed line a column has fewer "
         "than three correct digits."
     )
     if notches:
         caption += (
-            " Marks on the right show the floor, the error that correctly rounded values would "
-            "have."
+            " Marks on the right show the floor, the largest error of exact values after rounding "
+            "to the digits of the file."
         )
     return wide(legend(items) + drawn, caption)
 
 
 def explained(e: Explanation) -> str:
-    """Draw the error that an explanation leaves, in one column of each maneuver."""
+    """Draw the error that remains with an explanation, in one column of each maneuver."""
     parts = "".join(
         small(f"Maneuver {c.maneuver}, {label(c.key)}", _explained(c)) for c in e.curves
     )
     items = [
-        ("against the reference", "before", ""),
-        ("against the program that explains it", "after", ""),
+        ("relative to the reference", "before", ""),
+        ("relative to the program with this cause", "after", ""),
     ]
     return (
         f'<div class="wide">{legend(items)}</div><div class="columns">{parts}</div>'
-        '<p class="said">Shown is, in each maneuver, the column that it explains best.</p>'
+        '<p class="said">For each maneuver, the column that is explained best is shown.</p>'
     )
 
 
@@ -132,7 +133,7 @@ def _explained(c: Curve) -> str:
 
 
 def every_column(m: ManeuverScore, columns: Sequence[ColumnScore]) -> str:
-    """Each of some columns on top of the reference, and its error below."""
+    """Draw columns, each on top of the reference, with the error below."""
     return f'<div class="columns">{"".join(_one_column(m, c) for c in columns)}</div>'
 
 
@@ -176,7 +177,7 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     if not error.any():
         return empty("The error is exactly 0 in every row.")
     low, high = _range(t, error)
-    low /= 10  # room for some of what is between the peaks
+    low /= 10  # room for smaller errors between the peaks
     if c.floor and c.floor > high * 10.0**-_MOST_DECADES:
         low, high = min(low, c.floor), max(high, c.floor)
     low = max(low, high * 10.0**-_MOST_DECADES)
@@ -193,9 +194,9 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
 
 
 def _range(t: Array, error: Array) -> tuple[float, float]:
-    """Return the range to show of an error that is not all 0, cut where it crosses zero.
+    """Return the range of an error for a chart.
 
-    Nor do the first few rows count, which are exact or nearly so: they leave the chart below.
+    Low values, where the error crosses zero or in the nearly exact first rows, are below the range.
     """
     _, error = draw.highest(t, error, _RANGE_BINS)
     positive = error[error > 0]
@@ -209,26 +210,26 @@ def gains_and_costs(series: Series, maneuver: int) -> str:
 
 
 def convergence(series: Series, maneuver: int) -> str:
-    """Error against step size for a maneuver; empty if no step size is known."""
+    """Draw error against step size for a maneuver; empty if no step size is known."""
     return wide(
         _against("step size", series, maneuver, [r.step for r in series.runs]),
-        "What a smaller step buys: a method of order p follows a line of that slope, halving the "
-        "step divides its error by 2 to the power p, until the error reaches the floor that the "
-        "written digits set (marks on the right).",
+        "Error against step: a method of order p follows a line of slope p, because halving the "
+        "step divides its error by 2 to the power p. The line ends at the floor of the digits "
+        "written (marks on the right).",
     )
 
 
 def work_precision(series: Series, maneuver: int) -> str:
-    """Error against processor time for a maneuver; empty if no time is known."""
+    """Draw error against processor time for a maneuver; empty if no time is known."""
     return wide(
         _against("processor time", series, maneuver, [r.cpu for r in series.runs]),
-        "What accuracy costs: of two programs, the one whose line lies lower and further left "
-        "gives the same error in less time; the time is that of the whole run.",
+        "Error against processor time of the whole run: the lower and further left a line lies, "
+        "the less time the program takes for the same error.",
     )
 
 
 def _against(what: str, series: Series, maneuver: int, across: Sequence[float | None]) -> str:
-    """Errors of a maneuver's columns, relative to their size, where both logarithms exist."""
+    """Draw the relative errors of a maneuver's columns, both axes logarithmic."""
     lines, items, notches, orders = [], [], [], []
     for c in [c for c in series.convergence if c.maneuver == maneuver]:
         name, style = label(c.key), _style_of(c.key)
@@ -262,7 +263,7 @@ def _against(what: str, series: Series, maneuver: int, across: Sequence[float | 
 
 
 def _guides(orders: Sequence[float], lines: Sequence[Line], x_axis: ChartAxis) -> list[draw.Guide]:
-    """Lines of whole orders around the observed ones, from the largest error downwards."""
+    """Guides with integer orders near the observed ones, from the largest error downwards."""
     widest, narrow = max(float(line.x.max()) for line in lines), 10.0**x_axis.low
     top = 1.6 * max(float(line.y[line.x == widest].max(initial=0.0)) for line in lines)
     if not top:
@@ -281,7 +282,7 @@ def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
 
 
 def side_by_side(series: Series, maneuver: int) -> str:
-    """Error over time of each column, a line for each program."""
+    """Draw the error of each column over time, with a line for each program."""
     time = run_time([m for run in series.runs for m in run.report.maneuvers
                      if m.maneuver == maneuver])  # fmt: skip
     figures = (
@@ -314,13 +315,13 @@ def _programs(series: Series, maneuver: int, key: str, time: ChartAxis) -> str:
 
 
 def definitions(m: ManeuverScore) -> str:
-    """Errors of a maneuver's columns against each of their definitions; empty without a choice."""
+    """Draw errors of columns by each of their definitions; empty if all have only one."""
     tables = [_definitions(c, m.maneuver) for c in m.compared if c.alternatives]
     return wide(
         "".join(tables),
-        "Honest programs mean different things by the same name: the full dot is the definition "
-        "that the file follows, as far as its errors tell, and the open ones show how far it is "
-        "from the others, on a logarithmic scale.",
+        "Programs use the same name for different quantities. The full dot is the definition that "
+        "fits the file best; the open dots show the errors with the other definitions, on a "
+        "logarithmic scale.",
     )
 
 

@@ -1,7 +1,8 @@
 """The document model: blocks, which `text` and `html` render.
 
 A report, a leaderboard, a table of checks or the view of an object is declared once, as blocks.
-A block for some media only says so (`only`); words that are shorter on a terminal are `Words`.
+The attribute `only` limits a block to some media. `Words` are texts with a shorter version for a
+terminal.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _SHOWN = {TEXT: ("", TEXT), PAGE: ("", HTML, PAGE), NOTEBOOK: ("", HTML, NOTEBOO
 
 
 class Words(str):
-    """Words of a page, and the brief ones of a terminal; lines of a cell end with a line feed."""
+    """Text of a page with a brief version for a terminal; a line feed separates lines of a cell."""
 
     __slots__ = ("brief",)
     brief: str
@@ -33,7 +34,7 @@ class Words(str):
 
 
 def brief(text: str) -> str:
-    """The words for a terminal."""
+    """Return the brief version of a text, or the text if it has none."""
     return getattr(text, "brief", text)
 
 
@@ -45,17 +46,17 @@ class Paragraph:
     ----------
     text
     style
-        Classes, as page.css has them; text has colours for some.
+        Classes of page.css; the terminal has colours for some of them.
     lead
-        Stands in front of the text, for who reads fast.
+        Bold words before the text.
     sign
-        Stands in front of all, for who sees it.
+        Symbol before everything else; screen readers skip it.
     link : (text, anchor), optional
-        A place of the page, named behind the text.
+        A place of the page, linked after the text.
     note
-        In small letters below.
+        Small print after the text.
     only
-        `TEXT`, `HTML`, or one of HTML's two; empty for all media.
+        The medium that shows it: `TEXT`, `HTML`, `PAGE` or `NOTEBOOK`; empty for all media.
     """
 
     text: str
@@ -68,7 +69,7 @@ class Paragraph:
 
 
 def head(title: str, facts: str = "") -> tuple[Paragraph, Paragraph]:
-    """Return a title, and some words on it, as paragraphs."""
+    """Return a title and a line of facts as paragraphs."""
     return Paragraph(printable(title), "head"), Paragraph(printable(facts), "facts")
 
 
@@ -80,11 +81,11 @@ class Item:
     ----------
     text
     style
-        Its class.
+        Class of the item.
     mark
-        Stands in front.
+        Bold word before the text.
     typed
-        Its subject, as it was typed.
+        The subject as the user typed it, before the text.
     """
 
     text: str
@@ -103,7 +104,7 @@ class Listing:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """Names, what is said of them, and a remark on that."""
+    """A list of facts: name, value, and a remark on the value."""
 
     facts: tuple[tuple[str, str, str], ...]
     only: str = ""
@@ -111,19 +112,19 @@ class Facts:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell that is more than its words.
+    """A cell with more than text.
 
     Attributes
     ----------
     text
     unit
-        Of what the text names.
+        Unit of the quantity that the text names.
     style
         Class of the cell.
     grade : Grade, optional
-        Of the digits in it: a sign and a colour.
+        Grade of the digits in the cell, shown as a sign and a colour.
     facts : Facts, optional
-        They unfold.
+        Folded facts below the text.
     """
 
     text: str
@@ -141,15 +142,15 @@ class TableColumn:
     ----------
     heading : str or Cell
     meaning
-        Said below the table, if that is explained.
+        Explanation below the table, if the table is explained.
     is_prose
-        Flush left, and folded.
+        True to align the column left and wrap its text.
     leave_out
-        Order in which text leaves it out where there is no room, from 1 on; 0 never.
+        Order in which columns are left out of a text that is too narrow, from 1 on; 0 for never.
     style
         Class of its cells.
     only
-        The medium that it is for; empty for all.
+        The medium that shows it; empty for all.
     """
 
     heading: str | Cell
@@ -162,7 +163,7 @@ class TableColumn:
 
 @dataclass(frozen=True, slots=True)
 class TableBlock:
-    """A table; the first cell of a row names it.
+    """A table; the first cell of a row is its heading.
 
     Attributes
     ----------
@@ -170,24 +171,24 @@ class TableBlock:
     rows
         Cells of all columns.
     about
-        Its name.
+        Name of the table for screen readers.
     style
-        Its class.
+        Class of the table.
     left
-        Number of columns that are flush left; numbers stand in the others.
+        Number of columns that are aligned left; the others contain numbers.
     group
-        A line is drawn below each so many rows of text; 0 for none.
+        In text, a line is drawn after every `group` rows; 0 for no lines.
     in_parts
-        True if text shows columns below the others if there is no room beside them; those that are
-        flush left stand in each part.
+        True to split a table that is too wide for the text into several parts below each other.
+        Each part repeats the columns that are aligned left.
     is_explained
-        True if a page says what the columns mean.
+        True if a page explains the columns.
     beside : Chapter, optional
         Shown next to the table on a page with enough room, and below it elsewhere.
     note
-        Said below.
+        Text below the table.
     only
-        The medium that it is for; empty for all.
+        The medium that shows it; empty for all.
     """
 
     columns: Sequence[str | Cell | TableColumn]
@@ -203,47 +204,47 @@ class TableBlock:
     only: str = ""
 
     def columns_of(self, medium: str) -> list[tuple[int, TableColumn]]:
-        """The columns that a medium shows, with their places in the rows."""
+        """Return the columns that a medium shows, with their indices in the rows."""
         every = (TableColumn(c) if isinstance(c, str | Cell) else c for c in self.columns)
         return [(i, c) for i, c in enumerate(every) if c.only in _SHOWN[medium]]
 
     @property
     def grades(self) -> list[Grade]:
-        """Those that occur, the best first."""
+        """Grades that occur in the table, best first."""
         cells = (c for row in self.rows for c in row if isinstance(c, Cell))
         return sorted({c.grade for c in cells if c.grade})
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A chart or what else a page draws, once somebody looks at it; text has none."""
+    """A chart or other drawing for HTML, drawn when it is first needed."""
 
     draw: Callable[[], str]
     only: str = HTML
 
     @cached_property
     def markup(self) -> str:
-        """As HTML; empty if there is nothing to draw."""
+        """The drawing as HTML; empty if there is nothing to draw."""
         return self.draw()
 
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """Blocks below a heading; nothing without blocks.
+    """Blocks below a heading; not shown if there are no blocks.
 
     Attributes
     ----------
     title
     blocks
     anchor, link
-        Its place on a page, and how the contents of the page name it.
+        Its anchor on a page, and its name in the contents of the page.
     is_folded, is_open
-        True if it can be opened and closed in a notebook, and is open. What is folded and not open
-        is a detail, which text may leave out.
+        True if it can be folded in a notebook, and if it is open there. A chapter that is folded
+        and not open is a detail, which text may leave out.
     only
-        The medium that it is for; empty for all.
+        The medium that shows it; empty for all.
     folds
-        True if a page has it closed at first, too.
+        True if it is also closed at first on a page.
     """
 
     title: str
@@ -257,7 +258,7 @@ class Chapter:
 
     @property
     def is_detail(self) -> bool:
-        """True if it is shown to who asks for it."""
+        """True if it is shown only on request."""
         return self.is_folded and not self.is_open
 
 
@@ -269,19 +270,19 @@ Block = Paragraph | Listing | Facts | TableBlock | Chart | Chapter
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """All that is shown of something.
+    """A whole document.
 
     Attributes
     ----------
     title
-        Of the window.
+        Title of the window.
     heading
-        Of the page; text has none.
+        Heading of the page; text does not show it.
     kind
-        Its kind, above the heading.
+        Kind of the document, above the heading.
     blocks
     origin : sequence of (name, text)
-        Where it comes from.
+        When and how it was made.
     """
 
     title: str
@@ -292,7 +293,7 @@ class Document:
 
 
 def of_medium(blocks: Sequence[Block], medium: str) -> list[Block]:
-    """The blocks that a medium shows: none that is empty, or for another."""
+    """Return the blocks that a medium shows, without empty ones."""
     return [b for b in blocks if b.only in _SHOWN[medium] and _has_content(b, medium)]
 
 

@@ -1,7 +1,8 @@
-"""Documents as HTML: pages that need nothing else, and pieces of them for notebooks.
+"""Documents as HTML: self-contained pages, and pieces of pages for notebooks.
 
-Pages are readable without script and on paper; the script only reads values off the charts. A piece
-has no script and touches nothing around it: the style sheet of the pages is nested in its class.
+Pages are readable without the script and on paper; the script only reads values off the charts. A
+piece has no script. It does not affect the notebook around it, because the style sheet of the pages
+is nested in its class.
 """
 
 import re
@@ -19,7 +20,7 @@ from heyoka_bike.showing.wording.grade_text import MEANINGS, SIGNS, WORDS
 
 PAGE_STYLE = Path(__file__).with_name("page.css")
 SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
-"""Of every report."""
+"""Script of every report."""
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 _CLASS = "heyoka-bike"
@@ -28,13 +29,13 @@ _STYLE_OF_NOTEBOOK = """background: var(--page); color: var(--ink); padding: 8px
 details { margin: .4em 0; } summary { cursor: pointer; font-weight: 600; }
 """  # noqa: E501
 
-# A line must not end within 1e-05, nor before a unit.
+# Lines must not break within a number such as 1e-05, or between a number and its unit.
 _UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
 _PATTERN_OF_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}))")
 
 
 def render(document: doc.Document) -> str:
-    """A page that needs nothing else; places that its contents name follow its first blocks."""
+    """Render a self-contained page; its table of contents follows the blocks before chapters."""
     blocks = doc.of_medium(document.blocks, doc.PAGE)
     start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
     places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
@@ -57,12 +58,12 @@ def _style() -> str:
 
 
 def piece(blocks: Sequence[doc.Block]) -> str:
-    """Blocks as a piece for a notebook, in which chapters fold."""
+    """Render blocks as a piece for a notebook, with folding chapters."""
     return f'<div class="{_CLASS}">{_style()}{markup(blocks, medium=doc.NOTEBOOK)}</div>'
 
 
 def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) -> str:
-    """Blocks as HTML of a page or a notebook, with headings from a level on."""
+    """Render blocks as HTML of a page or a notebook, with headings from `level` on."""
     return "\n".join(_block(b, level, medium) for b in doc.of_medium(blocks, medium))
 
 
@@ -88,7 +89,7 @@ def _paragraph(block: doc.Paragraph, medium: str) -> str:
     text = prose(capital(block.text) if lead else block.text)
     if block.link:
         said, where = block.link
-        # A notebook has no such place.
+        # The anchor exists only on a page.
         is_page = medium == doc.PAGE
         text += "; " + (f'<a href="#{where}">{escape(said)}</a>' if is_page else escape(said))
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
@@ -123,7 +124,7 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
     if medium == doc.PAGE and block.folds:
         return f"<details><summary>{heading}</summary>{inner}</details>"
     content = heading + inner
-    # Two reports in a notebook would have the same places.
+    # A notebook may contain two reports, whose anchors would be equal.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content
 
@@ -142,7 +143,7 @@ def _beside(table: doc.TableBlock, level: int, medium: str) -> str:
 
 
 def _table(table: doc.TableBlock, medium: str) -> str:
-    """A table that scrolls in its box, what its signs mean, and what else is said below."""
+    """A table that scrolls in its box, the meanings of its signs, and the notes below."""
     columns = table.columns_of(medium)
     top = "".join(f'<th scope="col"{_class(c.style)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []
@@ -198,22 +199,22 @@ def _inline(cell: str | doc.Cell) -> str:
 
 
 def capital(text: str) -> str:
-    """With a large first letter, unless that is of a name: of a column, or of a file."""
+    """Capitalise a text, unless its first word is the name of a column or a file."""
     first = text.partition(" ")[0].rstrip(".:")
     is_name = "_" in first or "." in first
     return text if is_name else text[:1].upper() + text[1:]
 
 
 def prose(text: str) -> str:
-    """Text as HTML, every number with its unit kept on one line."""
+    """Return text as HTML, in which numbers and their units stay on one line."""
     parts = map(escape, _PATTERN_OF_NUMBER.split(text))
     return "".join(f"<bdi>{part}</bdi>" if i % 2 else part for i, part in enumerate(parts))
 
 
 def policy(*scripts: str, has_wasm: bool = False) -> str:
-    """Content security policy of pages: they load nothing, and run nothing but these scripts.
+    """Return the content security policy of a page that loads nothing and runs only these scripts.
 
-    With `has_wasm` these may compile WebAssembly that the page itself has.
+    With `has_wasm` the scripts may compile WebAssembly that is part of the page.
 
     References
     ----------
@@ -229,22 +230,22 @@ def page(
     title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
     script: str, data: str | None = None, has_wasm: bool = False,
 ) -> str:  # fmt: skip
-    """A page that needs nothing else.
+    """Return a self-contained page.
 
-    It says itself what it loads and runs, and a browser keeps it to that: see `policy`.
+    It declares what it loads and runs, and the browser enforces this: see `policy`.
 
     Parameters
     ----------
     title
-        As text.
+        Title as text.
     body
-        As HTML.
+        Body as HTML.
     origin
-        Where it comes from: names and what is said of them, as text.
+        When and how the page was made: names and values as text.
     styles
-        Files.
+        Files with style sheets.
     script
-        JavaScript.
+        Script in JavaScript.
     data
         JSON for the script, if it needs any.
     has_wasm

@@ -1,4 +1,4 @@
-"""Documents as text for a terminal or a pipe: plain, or with the colours of a terminal."""
+"""Documents as text for a terminal or a pipe, with or without colours."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from heyoka_bike.showing.document import brief
 from heyoka_bike.showing.wording.grade_text import ASCII_SIGNS, MEANINGS
 
 PROSE = 100
-"""The longest line of text, and what a table of scores fits into."""
+"""Maximum length of a line of text, and width of a table of scores [characters]."""
 
 _KEPT_BLANK = "\N{NO-BREAK SPACE}"
-_MARK = 8  # letters of an item's mark
-_LEAST_WORDS = 16  # letters that a column of prose needs, to be shown
-# By class of paragraphs, items and cells: Select Graphic Rendition, ECMA-48 8.3.117.
+_MARK = 8  # width of an item's mark [characters]
+_LEAST_WORDS = 16  # minimum width of a column of prose [characters]
+# Codes of Select Graphic Rendition (ECMA-48 8.3.117) by class of paragraphs, items and cells.
 _CODES = {
     "verdict": "1", "head": "1", "facts": "2", "info": "2", "warning": "1;33", "unmade": "33",
     "passed": "32", "failed": "1;31", "right": "32", "untold": "33", "close": "33", "wrong": "31",
 }  # fmt: skip
 
 _Piece = tuple[str, str]
-"""Text, and its classes."""
+"""A text and its classes."""
 
 _Columns = Sequence[tuple[int, doc.TableColumn]]
-"""Columns of a table with their places in its rows."""
+"""Columns of a table with their indices in its rows."""
 
 
 def render(
@@ -39,13 +39,13 @@ def render(
     *,
     has_details: bool = True,
 ) -> str:
-    """A document, or some blocks, as text.
+    """Render a document, or some blocks, as text.
 
     Parameters
     ----------
     width
-        Letters of a line; None for those of the terminal. Tables leave out what does not fit, but
-        never cut a number.
+        Width of the lines [characters]; None for that of the terminal. Tables leave out columns
+        that do not fit, but never cut a number.
     has_colors
         True to use the colours of a terminal.
     has_details
@@ -64,7 +64,7 @@ def render(
 
 
 class TextPage:
-    """Lines of text of at most so many letters, by default those of the terminal."""
+    """Lines of text of limited width, by default that of the terminal."""
 
     def __init__(self, width: int | None, has_colors: bool, has_details: bool = True) -> None:
         columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
@@ -75,7 +75,7 @@ class TextPage:
         self.prose = min(self.width, PROSE)
 
     def show(self, blocks: Sequence[doc.Block]) -> None:
-        """Blocks, one below the other; an empty line before each table and after it."""
+        """Add blocks below each other, with an empty line before and after each table."""
         last: doc.Block | None = None
         for block in doc.of_medium(blocks, doc.TEXT):
             if isinstance(block, doc.Chapter) and block.is_detail and not self._has_details:
@@ -104,12 +104,12 @@ class TextPage:
                     self.show(block.blocks)
 
     def say(self, text: str, style: str = "", indent: str = "") -> None:
-        """Text, wrapped; all lines but the first are indented."""
+        """Add a text, wrapped; all lines except the first are indented."""
         for i, line in enumerate(wrap(text, self.prose - len(indent))):
             self._add((indent * (i > 0) + line, style))
 
     def brief(self, name: str, text: str, most: int, style: str = "") -> None:
-        """Text behind a name, in at most so many lines: what is more is cut, and shows that."""
+        """Add a text after a name, in at most `most` lines; a longer text is cut, with dots."""
         lines = wrap(text, self.prose - len(name))
         if len(lines) > most:
             last = " ".join(lines[most - 1 :])[: self.prose - len(name) - 4]
@@ -118,13 +118,13 @@ class TextPage:
             self._add((name if not i else " " * len(name), ""), (line, style))
 
     def head(self, text: str) -> None:
-        """A heading, after an empty line."""
+        """Add a heading after an empty line."""
         if self._lines and self._lines[-1]:
             self.say("")
         self.say(text, "head", "  ")
 
     def text(self) -> str:
-        """All of it."""
+        """Return all lines."""
         return "".join(f"{line}\n" for line in self._lines)
 
     def _item(self, item: doc.Item) -> None:
@@ -134,7 +134,7 @@ class TextPage:
             self._add((f"  {mark:<{_MARK}}", item.style), (line, ""))
 
     def _table(self, table: doc.TableBlock) -> None:
-        """Leave out or show below what does not fit; cut nothing."""
+        """Add a table; columns that do not fit are left out or shown below, but never cut."""
         columns = table.columns_of(doc.TEXT)
         for order in sorted({c.leave_out for _, c in columns} - {0}):
             if self._fits(table, columns):
@@ -173,11 +173,11 @@ class TextPage:
 
 
 def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_Piece]]:
-    """Some columns of a table, in lines of one length, with a rule below the headings."""
+    """Columns of a table as lines of equal length, with a rule below the headings."""
     rows = [_headings(columns)]
     rows += [[_written(row[i]) for i, _ in columns] for row in table.rows]
     prose = [i for i, (_, c) in enumerate(columns) if c.is_prose]
-    # Two spaces in front of each number but the first, which follows words of many lengths.
+    # One space before the columns that are aligned left and the first number, two before others.
     gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
     widths = _widths(rows, prose, width - sum(map(len, gaps)))
     rule = [("-" * (sum(widths) + sum(map(len, gaps))), "")]
@@ -201,14 +201,14 @@ def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_P
 
 
 def _headings(columns: _Columns) -> list[_Piece]:
-    """Headings, which stand on the rule below them."""
+    """Headings, aligned at the bottom."""
     head = [_written(c.heading)[0] for _, c in columns]
     height = max(text.count("\n") for text in head)
     return [("\n" * (height - text.count("\n")) + text, "head") for text in head]
 
 
 def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -> list[int]:
-    """Width of each column; prose is folded, the widest column first, until the lines fit."""
+    """Width of each column; columns of prose are narrowed, widest first, until the lines fit."""
     widths = [
         max(len(line) for text, _ in cells for line in text.split("\n"))
         for cells in zip(*rows, strict=True)
@@ -222,9 +222,10 @@ def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -
 
 
 def wrap(text: str, width: int) -> list[str]:
-    """Lines of at most so many letters; a unit stays with its number, and a word is one.
+    """Wrap a text; numbers stay with their units, and words are not broken.
 
-    A word that is longer, such as what follows ``--columns``, is to be copied, and has a line.
+    A word longer than `width`, such as the value of ``--columns``, has its own line, so that it can
+    be copied.
     """
     kept = re.sub(r"(?<=[0-9]) (?=(?:%|s|J|rad(?:/s)?|m/s)(?![a-z]))", _KEPT_BLANK, text)
     lines = textwrap.wrap(kept, width, break_on_hyphens=False, break_long_words=False) or [""]

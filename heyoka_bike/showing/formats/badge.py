@@ -1,7 +1,7 @@
-"""The verdict as a badge: the JSON that a shields.io endpoint reads, for a README.
+"""The verdict as a badge for a README: JSON for a shields.io endpoint.
 
-https://shields.io/badges/endpoint-badge says what its keys mean. Nothing in it depends on when or
-where it was written.
+https://shields.io/badges/endpoint-badge explains its keys. The content does not depend on the time
+or place of writing.
 """
 
 import json
@@ -22,11 +22,11 @@ COLORS = {
     Grade.CLOSE: "yellow",
     Grade.WRONG: "red",
 }
-"""Names that shields.io knows."""
+"""Colour names of shields.io."""
 
 
 def render(scored: Report | Series) -> str:
-    """The badge of a file, or of the run of a series that its report shows in full."""
+    """Render the badge of a file, or of the run of a series that its report shows in full."""
     report = scored if isinstance(scored, Report) else chosen(scored)[1].report
     document = {
         "schemaVersion": 1,
@@ -38,7 +38,7 @@ def render(scored: Report | Series) -> str:
 
 
 def _message(report: Report) -> str:
-    """The word and the digits of the worst column."""
+    """The grade in words, and the digits of the worst column."""
     found = report.worst
     if found is None:
         return PHRASES["nothing"]

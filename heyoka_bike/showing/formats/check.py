@@ -18,13 +18,13 @@ SCHEMA_VERSION = 1
 _RESULT_OF_LEVEL = {
     True: ("right", "passed"),
     False: ("WRONG", "failed"),
-    None: ("not in it", "unmade"),
+    None: ("missing", "unmade"),
 }
-_COLUMNS_SHOWN = 6  # columns of the level that fails
+_COLUMNS_SHOWN = 6  # maximum number of columns listed for the level that fails
 
 
 def document(check: CheckedTable) -> dict[str, Any]:
-    """As JSON has it: no NaN, no infinity."""
+    """Return a check as JSON values, without NaN and infinity."""
     failed = check.failed
     return {
         "schema_version": SCHEMA_VERSION,
@@ -51,7 +51,7 @@ def document(check: CheckedTable) -> dict[str, Any]:
 
 
 def blocks(check: CheckedTable) -> list[Block]:
-    """As text has it: a line for each level, then the first one that fails."""
+    """Return a check as document blocks: a line for each level, then the first level that fails."""
     whose = "of its own" if check.is_own else "known by number"
     states = f"{check.states} state{'s' * (check.states != 1)} {whose}"
     found: list[Block] = [
@@ -68,20 +68,18 @@ def blocks(check: CheckedTable) -> list[Block]:
     if failed := check.failed:
         found += _about(check, failed)
     elif missing := [x.level.name for x in check.levels if x.passed is None]:
-        found.append(Paragraph(f"All that is there is right; not there: {', '.join(missing)}."))
+        found.append(Paragraph(f"All levels in the file are right; missing: {', '.join(missing)}."))
     else:
         found.append(Paragraph("All levels are right. Next: one step, one second, ten (score)."))
     if check.left_out:
         names = ", ".join(map(_unknown, check.left_out[:_COLUMNS_SHOWN]))
         more = len(check.left_out) - _COLUMNS_SHOWN
-        found.append(
-            Paragraph(f"Columns that are not known: {names}{f' and {more} more' * (more > 0)}.")
-        )
+        found.append(Paragraph(f"Unknown columns: {names}{f' and {more} more' * (more > 0)}."))
     return found
 
 
 def line(check: CheckedTable) -> str:
-    """The first level that fails, in one line; empty if none does."""
+    """Describe the first level that fails in one line; empty if none fails."""
     failed = check.failed
     if failed is None:
         return ""
@@ -91,7 +89,7 @@ def line(check: CheckedTable) -> str:
 def _row(check: CheckedTable, x: CheckedLevel) -> list[str | Cell]:
     text, style = _RESULT_OF_LEVEL[x.passed]
     if x.passed is False and x is not check.failed:
-        text = "wrong too"
+        text = "also wrong"
     values = sum(c.values for c in x.columns)
     wrong = sum(c.wrong for c in x.columns)
     error = f"{max(c.max_error for c in x.columns):.1e}" if x.columns else ""
@@ -106,22 +104,22 @@ def _about(check: CheckedTable, failed: CheckedLevel) -> list[Block]:
     if len(wrong) > _COLUMNS_SHOWN:
         items.append(Item(f"and {counted(len(wrong) - _COLUMNS_SHOWN, 'more column')}"))
     enters = " ".join(failed.level.parameters) or "no parameter"
-    said = f"At this level enter first: {enters}; and {failed.level.besides}."
+    said = f"New at this level: {enters}; and {failed.level.besides}."
     if right:
         said += f" Right at this level: {', '.join(right[:_COLUMNS_SHOWN])}."
     before = check.levels[: check.levels.index(failed)]
     missing = [x.level.name for x in before if x.passed is None]
     if missing:
-        said += f" Not seen, as they are not in the table: {', '.join(missing)}."
+        said += f" Earlier levels that the file does not contain: {', '.join(missing)}."
     explained = (
         Paragraph(
-            f"With {x.symbol} = {_short(x.value)} {x.unit} in place of {_short(x.right)} all "
-            "values down to this level would be right."
+            f"If {x.symbol} were {_short(x.value)} {x.unit} instead of {_short(x.right)}, all "
+            "values up to this level would be right."
         )
         for x in check.explained
     )
     return [
-        Paragraph(f"The first level that is wrong is {failed.level.name}:"),
+        Paragraph(f"The first wrong level is {failed.level.name}:"),
         Listing(tuple(items)),
         Paragraph(said),
         *explained,
@@ -138,11 +136,11 @@ def _worst(c: CheckedColumn) -> str:
 
 
 def _short(x: float) -> str:
-    """As many digits as a value that was found has."""
+    """Format a fitted value to six digits; values near zero become 0."""
     return f"{x:.6g}" if abs(x) > 1e-6 else "0"
 
 
 def _unknown(name: str) -> str:
-    """A name that is not known, and what it is like."""
+    """Quote an unknown name, with the most similar known name."""
     like = get_close_matches(name.partition("[")[0].strip(), UNITS, 1)
     return f"{quoted(name)} ({like[0]}?)" if like else quoted(name)

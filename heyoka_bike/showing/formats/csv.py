@@ -1,4 +1,4 @@
-"""The scores as CSV (RFC 4180) and as data frame: a line for each maneuver and column, SI units."""
+"""Scores as CSV (RFC 4180) and as a data frame: a row for each maneuver and column, SI units."""
 
 import csv
 import io
@@ -22,22 +22,22 @@ FIELDS = (
     *_MEASURES, "floor", "as_written_max_abs_error", "values", "missing", "rows", "t_start",
     "t_end", "coverage", "step", "performance", "between", "column_count",
 )  # fmt: skip
-"""Fields of a line; those of a series begin with `RUN_FIELDS` and end with `NAME_FIELD`."""
+"""Fields of a row; rows of a series also have `RUN_FIELDS` before and `NAME_FIELD` after these."""
 
 RUN_FIELDS = ("run", "run_step", "run_cpu")
-"""Number of the run from 1, its nominal step [s] and its processor time [s]."""
+"""Number of the run (from 1), its nominal step [s] and its processor time [s]."""
 
 NAME_FIELD = "run_name"
-"""Name of the run, or of the program where several are side by side."""
+"""Name of the run, or of the program if several programs are compared."""
 
 
-# A spreadsheet carries out what begins so: text is kept from it by an apostrophe before it, as
-# https://owasp.org/www-community/attacks/CSV_Injection advises. Numbers stay numbers.
+# Spreadsheets execute text with these beginnings as a formula. An apostrophe before the text
+# prevents this (https://owasp.org/www-community/attacks/CSV_Injection). Numbers do not change.
 _BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def render(scored: Report | Series) -> str:
-    """The scores of a file or of a series as CSV; what is unknown is empty."""
+    """Render the scores of a file or of a series as CSV; unknown values are empty."""
     text = io.StringIO()
     writer = csv.writer(text)
     is_one = isinstance(scored, Report)
@@ -47,7 +47,7 @@ def render(scored: Report | Series) -> str:
 
 
 def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
-    """The fields of each maneuver and column, of a series of each run; None where unknown."""
+    """Rows for each maneuver and column, and for each run of a series; None if unknown."""
     if isinstance(scored, Series):
         return [
             (i, run.step, run.cpu, *row, run.name)
@@ -59,7 +59,7 @@ def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
 
 
 def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
-    """The fields of a column after the first."""
+    """All fields of a column except the file."""
     r = c.as_understood
     measures = (getattr(r.measures, name) for name in _MEASURES)
     return (
@@ -78,7 +78,9 @@ def _cell(x: Any) -> str:
 
 
 def frame(scored: Report | Series) -> Any:
-    """The fields of the CSV, with maneuver and column as index, of a series the run before them.
+    """Return the fields of the CSV as a pandas data frame.
+
+    The index is the maneuver and the column, preceded by the run for a series.
 
     Raises
     ------
@@ -94,7 +96,7 @@ def frame(scored: Report | Series) -> Any:
 
 
 def of_columns(time: Array | None, columns: Mapping[str, Array]) -> Any:
-    """Columns with the times [s], if there are any, as index; see `frame`."""
+    """Return columns as a pandas data frame, with the times [s] as index if given; see `frame`."""
     index = None if time is None else _pandas().Index(time.ravel(), name="time")
     return _pandas().DataFrame({k: x.ravel() for k, x in columns.items()}, index=index)
 

@@ -1,4 +1,4 @@
-"""The report as JSON, for programs; `score-1.schema.json` describes it."""
+"""The report as JSON for programs; the schema is `score-1.schema.json`."""
 
 import json
 import math
@@ -26,7 +26,7 @@ _OF_REQUIREMENT = ("text", "met", "found", "message")
 
 
 def render(scored: Report | Series) -> str:
-    """The report of a file or of a series as JSON; what is unknown is null."""
+    """Render the report of a file or of a series as JSON; unknown values are null."""
     return json.dumps(document(scored), indent=2, allow_nan=False) + "\n"
 
 
@@ -111,11 +111,11 @@ def _fields(x: object, names: Sequence[str]) -> dict[str, Any]:
 
 
 def clean(x: Any) -> Any:
-    """A value in the types of JSON: NumPy's numbers as plain ones, no NaN, no infinity."""
+    """Convert a value to the types of JSON; NaN and infinities become None."""
     if x is None or isinstance(x, bool):
         return x
     if isinstance(x, str):
-        # A file name that is not UTF-8 has lone surrogates, which many readers refuse.
+        # File names that are not UTF-8 contain lone surrogates, which many readers reject.
         return x.encode("utf-8", "backslashreplace").decode("utf-8")
     if isinstance(x, Mapping):
         return {str(clean(k)): clean(v) for k, v in x.items()}
@@ -127,4 +127,4 @@ def clean(x: Any) -> Any:
         return float(x) if math.isfinite(x) else None
     if hasattr(x, "tolist"):  # NumPy's booleans and arrays
         return clean(x.tolist())
-    raise TypeError(f"found {x!r:.60}, expected what JSON can hold")
+    raise TypeError(f"found {x!r:.60}, expected a value that JSON can represent")

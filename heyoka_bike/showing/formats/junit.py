@@ -1,6 +1,6 @@
 """The report as JUnit XML, for continuous integration: requirements as test cases.
 
-The form is Jenkins' junit-10.xsd. Nothing in it depends on when or where it was written.
+The schema is Jenkins' junit-10.xsd. The content does not depend on the time or place of writing.
 """
 
 import re
@@ -24,12 +24,12 @@ from heyoka_bike.showing.wording.verdict_text import PHRASES, by_severity, verdi
 
 
 def render(scored: Report | Series) -> str:
-    """A test suite for the file, or one for each run, as JUnit XML.
+    """Render a test suite for the file, or one for each run, as JUnit XML.
 
-    There is a test case for each maneuver and column that a requirement speaks of, and one for the
-    requirement where these do not tell that it is not met. Without any requirement there is a case
-    for each of the eight columns, which passes if the column is right over the whole run, and is
-    skipped if not. The measures are properties of the suite.
+    There is a test case for each maneuver and column to which a requirement applies. If none of
+    these fails although the requirement is not met, there is also one for the requirement itself.
+    Without requirements there is a test case for each of the eight columns. It passes if the column
+    is right over the whole run, and is skipped otherwise. The measures are properties of the suite.
     """
     root = Element("testsuites")
     for report in reports(scored):
@@ -37,7 +37,7 @@ def render(scored: Report | Series) -> str:
     for name in ("tests", "failures", "errors"):
         root.set(name, str(sum(int(suite.get(name, "0")) for suite in root)))
     if isinstance(scored, Series):
-        # Last: what is about the series belongs to no run, and the schema has no place for it.
+        # The schema has no place for findings about the whole series: add them to the last run.
         _say(root[-1], [f"{f.severity}: {sentence(f.message)}" for f in scored.findings])
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
@@ -49,7 +49,7 @@ def _suite(report: Report) -> Element:
     for name, value in _properties(report):
         if value is not None:
             SubElement(properties, "property", name=name, value=printable(str(value)))
-    # Readers sort cases by class, and take what is before a dot for the name of a package.
+    # Readers sort test cases by class, and read the text before a dot as a package.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
     for case_name, problem in _cases(report):
         case = SubElement(suite, "testcase", classname=where, name=case_name, time="0")
@@ -65,7 +65,7 @@ def _suite(report: Report) -> Element:
 
 
 def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
-    """Name of each test case, and the element that says why it is not passed."""
+    """Yield the name of each test case, and the reason why it failed or was skipped, or None."""
     for r in _told(report):
         name, message = printable(r.text), sentence(r.message)
         failure = Element("failure", message=message, type="requirement")
@@ -85,7 +85,7 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
 
 
 def _told(report: Report) -> Iterator[Requirement]:
-    """The requirements by their parts, and those of which no part says why they are not met."""
+    """Yield the parts of requirements, and requirements without a part that explains a failure."""
     for r in report.requirements:
         yield from r.parts
         if not r.parts or (not r.met and all(part.met for part in r.parts)):
@@ -93,7 +93,7 @@ def _told(report: Report) -> Iterator[Requirement]:
 
 
 def _properties(report: Report) -> Iterator[tuple[str, object]]:
-    """Names and values; None where one is unknown."""
+    """Yield the names and values of the properties; None if a value is unknown."""
     yield "dataset_version", report.dataset_version
     yield "bicycle", report.bicycle
     for m in report.maneuvers:

@@ -1,4 +1,4 @@
-"""A score in one of the formats, by its name or by the suffix of a file: text, or that file."""
+"""Rendering of a score in any format, and writing it to a file by the suffix of its name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SUFFIXES = {
     ".htm": "html",
 }
 WIDTH = 100
-"""Of a table that goes to a file or a pipe."""
+"""Width of a table that goes to a file or a pipe, in characters."""
 
 
 def render(
@@ -32,18 +32,18 @@ def render(
     width: int | None = WIDTH, has_colors: bool = False, has_details: bool = True,
     written: Sequence[str] = (),
 ) -> str:  # fmt: skip
-    """The text of a score in a format, or its ``summary``.
+    """Render a score as text in one of the formats, or as its ``summary``.
 
     Parameters
     ----------
     name
         One of `FORMATS`, or ``summary``.
     made
-        When and how; by default now, see `wording.origin_text`.
+        When and how the score was made; by default now, see `wording.origin_text`.
     width, has_colors, has_details
-        Of text, see `document.text.render`.
+        Options of text, see `document.text.render`.
     written
-        Files that were written beside it, which a table without details names.
+        Files that were also written, which a table without details lists.
     """
     if name in ("html", "table"):
         from heyoka_bike.showing.document import html, text
@@ -65,12 +65,12 @@ def render(
 
 
 def save(scored: Report | Series, path: str | PathLike[str], name: str | None = None) -> Path:
-    """Write a score to a file, in the format of that name or of the suffix.
+    """Write a score to a file, in the named format or in that of the file's suffix.
 
     Raises
     ------
     InputError
-        No such format, a file that cannot be written, or one of the files that were scored.
+        The format is unknown, the file cannot be written, or it is one of the scored files.
     """
     from heyoka_bike.showing.wording.run_text import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
@@ -79,8 +79,8 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
     found = SUFFIXES.get(file.suffix.lower()) if name is None else name
     if found is None:
         raise InputError(
-            f"save: found {quoted(file.name)}, expected a name ending in {', '.join(SUFFIXES)}, or "
-            "its format beside it"
+            f"save: found {quoted(file.name)}, expected a name ending in "
+            f"{', '.join(SUFFIXES)}, or the format as well"
         )
     if found not in FORMATS:
         raise InputError(f"save: {unknown_word(found, FORMATS, 'format ')}")

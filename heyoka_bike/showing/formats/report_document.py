@@ -1,6 +1,6 @@
 """The report of a file, of runs of one program, or of several programs, as a document.
 
-Correct digits of every column in every maneuver come first.
+The correct digits of every column in every maneuver come first.
 """
 
 import math
@@ -29,12 +29,12 @@ from heyoka_bike.showing.wording import (
 from heyoka_bike.showing.wording.grade_text import SIGNS, WORDS, file_grade, style_of
 
 _MOST_COLUMNS_SHOWN = (
-    12  # the benchmark has eight columns, a file of the whole motion up to a hundred
+    12  # the benchmark has eight columns, a file with the whole motion up to a hundred
 )
 
 _COLUMNS_OF_SCORES = (
     doc.TableColumn("column", "the quantity, and its unit"),
-    doc.TableColumn("definition", "what the column was found to mean"),
+    doc.TableColumn("definition", "the definition that the values follow"),
     doc.TableColumn(
         doc.Words("max error", "max\nerror"),
         "largest absolute error over the rows, in the unit of the column",
@@ -51,10 +51,10 @@ _COLUMNS_OF_SCORES = (
         leave_out=4,
     ),
     doc.TableColumn("scd", "significant correct digits: -log10 of the relative error"),
-    doc.TableColumn("mescd", "the same, of the error / (1 + value)", leave_out=1),
+    doc.TableColumn("mescd", "-log10 of the error / (1 + value)", leave_out=1),
     doc.TableColumn(
         "floor",
-        "largest error of correctly rounded values, as many digits as the file has",
+        "largest error of exact values after rounding to the digits of the file",
         leave_out=3,
     ),
     doc.TableColumn(
@@ -63,10 +63,10 @@ _COLUMNS_OF_SCORES = (
     ),
     doc.TableColumn(
         "as written",
-        "largest error if taken as the default definition, SI unit, sign and zero",
+        "largest error if read with the default definition, SI unit, sign and zero",
         only=doc.HTML,
     ),
-    doc.TableColumn("values", "how many were compared", only=doc.HTML),
+    doc.TableColumn("values", "number of values compared", only=doc.HTML),
 )
 
 _LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS_OF_SCORES[2:] if not c.only)
@@ -75,7 +75,7 @@ _LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS_OF_SCORES[2:] 
 def document(
     scored: Report | Series, made: Sequence[tuple[str, str]] | None = None
 ) -> doc.Document:
-    """All that is said of a file or of a series; by default made now, see `origin_text`."""
+    """Return the report of a file or of a series; for `made` see `origin_text`."""
     first = run_text.reports(scored)[0]
     if isinstance(scored, Report):
         title = heading = printable(Path(scored.file.path).name or scored.file.path)
@@ -83,7 +83,7 @@ def document(
     else:
         names = ", ".join(run_text.run_name(scored, run) for run in scored.runs)
         is_one, count = scored.is_one_program, len(scored.runs)
-        heading = f"{count} {'runs of one program' if is_one else 'programs side by side'}"
+        heading = f"{count} {'runs of one program' if is_one else 'programs compared'}"
         title = f"{count} {'runs' if is_one else 'programs'}: {names}"
         blocks = _of_series(scored)
     made = origin_text.origin() if made is None else made
@@ -93,7 +93,7 @@ def document(
 
 
 def _of_file(report: Report) -> Iterator[doc.Block]:
-    """All that is said of a file; in a notebook what follows the digits is folded."""
+    """The report of a file; in a notebook everything after the digits is folded."""
     text = capital("; ".join([verdict_text.graded(report), *verdict_text.caveats(report)]))
     sign, style = SIGNS.get(file_grade(report), ""), f"verdict {style_of(report)}"
     yield doc.Paragraph(f"{text}.", style, sign=sign, only=doc.HTML)
@@ -125,7 +125,7 @@ def _of_file(report: Report) -> Iterator[doc.Block]:
 
 
 def _of_series(series: Series) -> Iterator[doc.Block]:
-    """All that is said of a series; a notebook has each run folded."""
+    """The report of a series; in a notebook each run is folded."""
     verdict = verdict_text.series_verdict(series)
     yield doc.Paragraph(verdict, "head", only=doc.TEXT)
     style = f" {style_of(run_text.chosen(series)[1].report)}" if series.is_one_program else ""
@@ -152,7 +152,7 @@ def _asked(scored: Report | Series) -> doc.Paragraph:
 
 
 def _folded(name: str, content: doc.Block, *, is_open: bool = False, only: str = "") -> doc.Chapter:
-    """A chapter that a notebook folds, and that the contents of a page name."""
+    """A chapter that is folded in a notebook, and listed in the contents of a page."""
     place = name.lower()
     return doc.Chapter(doc.Words(name, place), (content,), place, name, True, is_open, only)
 
@@ -168,7 +168,7 @@ def _findings(found: Sequence[Finding]) -> doc.Listing:
 
 
 def _requirements(report: Report) -> doc.Listing:
-    """Each requirement with what came of it."""
+    """Each requirement with its result."""
     items = []
     for r in report.requirements:
         mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
@@ -178,17 +178,17 @@ def _requirements(report: Report) -> doc.Listing:
 
 
 def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
-    """All that is known of a maneuver: scores, charts, definitions.
+    """Scores, charts and definitions of a maneuver.
 
     Parameters
     ----------
     is_explained
-        True if a page says what the columns of its scores mean.
+        True if a page explains the columns of its scores.
     """
     said = (
-        "Above, the result on top of the reference; below, their distance on a logarithmic scale, "
-        "where each thin line is a factor of ten. The dotted line is the floor: so far off exact "
-        "values may be, once rounded to the digits of the file."
+        "The upper chart shows the result on top of the reference. The lower one shows the error "
+        "on a logarithmic scale; each thin line is a factor of ten. The dotted line is the floor: "
+        "the largest error of exact values that are rounded to the digits of the file."
     )
     each = doc.Paragraph(said, "said"), *_each_column(m)
     blocks = (
@@ -197,7 +197,7 @@ def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
         _consistency(m),
         doc.Chapter("Error over time", (doc.Chart(partial(charts.all_errors, m)),)),
         doc.Chapter(
-            "Which definition",
+            "Definitions",
             (doc.Chart(partial(charts.definitions, m)),),
             only=doc.PAGE,
             folds=True,
@@ -209,7 +209,7 @@ def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
 
 
 def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
-    """Charts of the columns, the worst first; only wrong ones are open, or the worst if none is."""
+    """Charts of the columns, worst first; wrong ones are open, or else only the worst."""
 
     def goodness(c: ColumnScore) -> tuple[int, float]:
         return -c.grade, math.inf if c.scd is None else c.scd
@@ -227,7 +227,7 @@ def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
 
 
 def title(m: ManeuverScore) -> doc.Words:
-    """The heading of a maneuver, in text with its rows."""
+    """Return the heading of a maneuver; in text it includes the rows."""
     name = column_text.heading(m)
     return doc.Words(capital(name), f"{name}: {_covered(m)}")
 
@@ -242,7 +242,7 @@ def _covered(m: ManeuverScore) -> str:
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
-    """Scores of a maneuver's columns, and what their marks mean."""
+    """Return the scores of a maneuver's columns, and the meanings of their marks."""
     if not m.columns:
         return (doc.Paragraph("  no column could be compared", only=doc.TEXT),)
     marks = "; ".join(column_text.mark_meanings(m.columns))
@@ -256,7 +256,7 @@ def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...
 
 
 def _score(c: ColumnScore) -> list[str | doc.Cell]:
-    """Cells of `_COLUMNS_OF_SCORES`."""
+    """Cells of a row with the columns `_COLUMNS_OF_SCORES`."""
     name, (mark, notes) = printable(c.definition), (column_text.mark(c), column_text.notes(c))
     return [
         doc.Cell(doc.Words(column_text.label(c.key), printable(c.key)), unit_text(c.unit)),
@@ -277,7 +277,7 @@ def _score(c: ColumnScore) -> list[str | doc.Cell]:
 
 
 def _error(x: float | None) -> doc.Words:
-    """An error, on a page with a digit more."""
+    """Format an error; a page shows one more digit than text."""
     return doc.Words(number_text.number(x, 3), number_text.number(x))
 
 
@@ -287,7 +287,7 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
     eq_1 = doc.Words("eq. (1), 100 (max E − min E) / E₀", "eq. (1), 100 (max E - min E) / E0")
     said = "drift of the file's own mechanical energy"
     if m.performance_limit is not None:
-        said += ", the only thing that the benchmark judges here"
+        said += ", the only quantity that the benchmark judges here"
     found = [(eq_1, verdict_text.performance_words(m), said)]
     if c.energy_sum is not None:
         text = f"{number_text.number(c.energy_sum)} J"
@@ -304,9 +304,9 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
 
 
 def _digits_of_file(report: Report) -> doc.TableBlock:
-    """Columns by maneuvers of a file, and how each column was taken.
+    """Table of a file's columns by maneuvers, with the interpretation of each column.
 
-    Of a file with very many columns those with the fewest digits.
+    If the file has very many columns, only those with the fewest digits are shown.
     """
     columns = _by_key(report)
     has_taken = any(map(_taken, columns.values()))
@@ -327,7 +327,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     left_out = len(columns) - len(rows)
     more = f" {left_out} more columns have no fewer digits." if left_out else ""
     odd = [key for key, found in columns.items() if any(c.is_contradicted for c in found)]
-    signs = f"{named(odd)}: wrong for their signs, whatever their digits" if odd else ""
+    signs = f"{named(odd)}: wrong because of the signs, whatever the digits" if odd else ""
     said = [f"and {left_out} more columns, none with fewer digits" if left_out else "", signs]
     taken = doc.TableColumn("taken as", is_prose=True, leave_out=1, style="taken")
     about_taken = (
@@ -362,12 +362,12 @@ def _worst_column(report: Report) -> doc.Chapter | None:
     if not c.max_abs_error or len(c.trace.time) < 2:
         return None
     drawn = doc.Chart(partial(charts.every_column, m, [c]))
-    heading = f"Maneuver {m.maneuver}, {words.label(c.key)}"
+    heading = f"Maneuver {m.maneuver}, {column_text.label(c.key)}"
     return doc.Chapter(heading, (drawn,), "worst", only=doc.PAGE)
 
 
 def _digits_of_runs(series: Series) -> doc.TableBlock:
-    """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
+    """Table of the worst columns of runs or programs by maneuvers, with eq. (1) for comparison."""
     numbers = sorted({n for run in series.runs for n in run.report})
     rows: list[doc.TableRow] = []
     for run in series.runs:
@@ -391,15 +391,15 @@ def _digits_of_runs(series: Series) -> doc.TableBlock:
         only=doc.HTML if series.is_one_program else "",
         note=doc.Words(
             "Correct digits of the worst value of the worst column. Eq. (1), the benchmark's own "
-            "measure, sees only whether a program's own energy stays constant, and judges none of "
+            "measure, tests only whether a program's own energy is constant. It does not judge "
             "these digits.",
-            "eq. (1) sees the energy only: it judges no digits.",
+            "eq. (1) tests only the energy: it does not judge digits.",
         ),
     )
 
 
 def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
-    """Columns by programs in one maneuver, with their errors over time."""
+    """Table of columns by programs in one maneuver, with their errors over time."""
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
     held = [[m for m in run.report.maneuvers if m.maneuver == maneuver] for run in series.runs]
     names = (run_text.run_name(series, run) for run in series.runs)
@@ -429,7 +429,10 @@ def _maneuvers(numbers: Iterable[int]) -> list[doc.Words]:
 
 
 def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
-    """The fewest digits and the worst grade of columns, of a key if told; ``-`` without any."""
+    """The fewest digits and the worst grade of columns, or only of those with a key.
+
+    ``-`` if there are no such columns.
+    """
     known = [c for c in columns if c.scd is not None and key in ("", c.key)]
     if not known:
         return doc.Cell("-", grade=Grade.UNKNOWN)
@@ -445,7 +448,7 @@ def _taken(columns: Sequence[ColumnScore]) -> str:
 
 
 def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
-    """In what a column, over all maneuvers, is not taken as by default, and what is left open."""
+    """Conventions of a column that are not the default, and other definitions that fit as well."""
     found = _compared(columns)
     c = found[0]
     r = c.as_understood
@@ -461,7 +464,7 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
     if others:
         said.append(others)
     if r.sign != c.as_written.sign:
-        said.append("other sign")
+        said.append("opposite sign")
     if r.unit != c.as_written.unit:
         said.append(f"in {unit_text(r.unit)}")
     if r.offset != c.as_written.offset:
@@ -470,14 +473,14 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def conventions(report: Report) -> str:
-    """Return the conventions of a file that are not the default, in one line; none is an error."""
+    """List in one line the conventions of a file that are not the default."""
     taken = {key: _taken(columns) for key, columns in _by_key(report).items()}
     said = [f"{printable(key)} {how}" for key, how in taken.items() if how]
-    return "; ".join(said) or "all columns as by default"
+    return "; ".join(said) or "default in all columns"
 
 
 def _by_key(report: Report) -> dict[str, list[ColumnScore]]:
-    """Each column of a file, in all maneuvers."""
+    """The columns of a file in all maneuvers, by key."""
     found: dict[str, list[ColumnScore]] = {}
     for m in report.maneuvers:
         for c in m.columns:
@@ -490,7 +493,7 @@ def _compared(columns: Sequence[ColumnScore]) -> Sequence[ColumnScore]:
 
 
 def _all_runs(series: Series, n: int) -> doc.Chapter:
-    """Errors of all runs in a maneuver that they have in common."""
+    """Errors of all runs in a maneuver that they share."""
     title, errors = f"Maneuver {n}", _convergence(series, n)
     content: tuple[doc.Block, ...]
     if series.is_one_program:
@@ -509,7 +512,7 @@ def _all_runs(series: Series, n: int) -> doc.Chapter:
 
 
 def _each_run(series: Series) -> Iterator[doc.Block]:
-    """A chapter for each run; of one program a page shows the chosen one in full."""
+    """A chapter for each run; a page shows the chosen run of a program in full."""
     kind, best = run_text.chosen(series)
     for i, run in enumerate(series.runs):
         is_best = run is best
@@ -528,7 +531,7 @@ def _each_run(series: Series) -> Iterator[doc.Block]:
         yield doc.Chapter(name, content, f"run-{i + 1}", name, only=doc.PAGE)
         found = held.findings
         if series.is_one_program and not is_best:
-            # What is found about one run is mostly found about all of them.
+            # Most findings are the same for all runs of a program: do not repeat them.
             known = {f.message for f in best.report.findings}
             new = (f for f in found if f.message not in known)
             found = tuple(f for f in new if f.severity == Severity.WARNING)
@@ -541,7 +544,7 @@ def _scores(m: ManeuverScore, is_explained: bool) -> doc.Chapter:
 
 
 def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
-    """Errors of a maneuver for each run, the observed order between neighbours."""
+    """Table of the errors of a maneuver by run, with the observed orders between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_cpu = any(run.cpu is not None for run in series.runs)
     has_orders = _has_orders(series, maneuver)
@@ -570,12 +573,12 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
         rows.append([doc.Words("extrapolated", "extrapol."), *blank, *left])
         said = (
             "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
-            "error that is left by Richardson's extrapolation of the two finest runs, which "
-            "cancels the leading term."
+            "error after Richardson extrapolation of the two finest runs, which cancels the "
+            "leading term."
         )
     if series.is_one_program:
         rows.append(["floor", *blank, *(number_text.number(c.floor) for c in columns)])
-        said += " Floor: what the digits written allow."
+        said += " Floor: the smallest error that the digits written allow."
     if has_cpu:
         said += " CPU: processor time of the whole run."
     heads = []

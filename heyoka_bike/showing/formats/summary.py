@@ -1,6 +1,6 @@
-"""The report in ten lines at most, for a terminal, and a diagnosis in words.
+"""A report of at most ten lines for a terminal, and a diagnosis as text.
 
-The lines say what a file is worth, and what to do next.
+The lines show how good the results are, and what to do next.
 """
 
 import json
@@ -31,30 +31,30 @@ from heyoka_bike.showing.wording import number_text, run_text, verdict_text
 from heyoka_bike.showing.wording.finding_text import findings
 from heyoka_bike.showing.wording.grade_text import file_grade
 
-_MOST_RUNS_SHOWN = 4  # of a series, each on a line
-_LETTERS_OF_NAMES = 14  # letters at the start of a line
-_MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
-_WIDTH_OF_DIAGNOSIS = 96  # characters in a line of a diagnosis
-_MOST_LINES = 12  # maximum length of a diagnosis that names no cause
+_MOST_RUNS_SHOWN = 4  # maximum number of runs of a series, one per line
+_LETTERS_OF_NAMES = 14  # width of the names at the start of lines [characters]
+_MOST_REQUIRED = 12  # largest suggested requirement on correct digits; binary64 reaches it easily
+_WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
+_MOST_LINES = 12  # maximum number of lines of a diagnosis that names no cause
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
 _STOPPED = "stopped_early"
 
 
 _Entry = tuple[str, str, int]
-"""Name, text, and how many lines it may have."""
+"""Name, text, and maximum number of lines."""
 
 
 def render(
     scored: Report | Series, width: int | None, has_colors: bool, *, in_python: bool = False
 ) -> str:
-    """Ten lines at most; what does not fit is cut, the table has all of it.
+    """Render a summary of at most ten lines; long texts are cut, the table contains all of it.
 
     Parameters
     ----------
     width, has_colors
         See `document.text.render`.
     in_python
-        True if the next step is said for Python, not for the command line.
+        True to suggest the next step for Python, not for the command line.
     """
     page = text.TextPage(width, has_colors)
     if isinstance(scored, Report):
@@ -72,7 +72,7 @@ def render(
 def closing(
     scored: Report | Series, width: int | None, has_colors: bool, written: Sequence[str] = ()
 ) -> str:
-    """Return the next step, below a report without its details, and the files that were written."""
+    """Return the lines below a report without details: the next step, and the written files."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     names = ", ".join(map(printable, written))
     pages = f"written: {names}" if written else "with charts: -o report.html"
@@ -82,11 +82,11 @@ def closing(
 
 
 def diagnosis(report: Report, *, has_details: bool = False) -> str:
-    """Return the verdict, the conventions, and why the results differ, the likeliest first.
+    """Return the verdict, the conventions, and the causes of the differences, likeliest first.
 
     If the diagnosis names no cause, remarks beyond twelve lines appear only with `has_details`.
     """
-    # What the diagnosis leaves out of what was seen is said before it.
+    # Findings that the diagnosis does not repeat are shown before it.
     odd_signs = (SignContradiction, SensesOpposed)
     beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
     own = [x for x in report.seen if isinstance(x, Conventions)]
@@ -98,7 +98,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
     if has_details or is_named:
         return "\n".join([head, "\n\n".join(_filled(f.message) for f in report.diagnosis)])
-    # The search that ended early decides what the other remarks are worth: it is always shown.
+    # Always show that a search ended early, because the other remarks are then less certain.
     stops = [_filled(f.message) for f in report.diagnosis if f.code == _STOPPED]
     told = [_filled(f.message) for f in report.diagnosis if f.code != _STOPPED]
     shown: list[str] = []
@@ -151,7 +151,7 @@ def _series(series: Series) -> Iterator[_Entry]:
 
 
 def _verdict(report: Report) -> str:
-    """The verdict without the requirements, which have a line of their own."""
+    """The verdict without the requirements, which have their own line."""
     said = "; ".join([verdict_text.graded(report), *verdict_text.caveats(report)])
     return f"{printable(report.file.path)}: {said}"
 
@@ -181,23 +181,23 @@ def _next(report: Report, in_python: bool) -> str:
         return number_text.sentence(report.diagnosis[0].message)
     found = file_grade(report)
     if found == Grade.UNKNOWN:
-        return "look at the headings and the times of the file: nothing in it could be compared"
+        return "check the headings and the times of the file: nothing in it could be compared"
     if own := verdict_text.own_definitions(report):
-        meant = "the point or axis that it is of" if len(own) == 1 else "the points or axes of them"
+        meant = "which point or axis" if len(own) == 1 else "which points or axes"
         command = _call(report) if in_python else _command("diagnose", report)
-        return f"say what {named(own)} is, {meant}; if it is the usual one: {command}"
+        return f"check {meant} {named(own)} refers to; if it is the usual one: {command}"
     if found in (Grade.WRONG, Grade.CLOSE):
         said = _call(report) if in_python else _command("diagnose", report)
-        more = "; a smaller step may do" if found == Grade.CLOSE else ""
+        more = "; a smaller step may suffice" if found == Grade.CLOSE else ""
         return f"why it differs: {said}{more}"
     if report.not_compared:
-        return "name each column by what it is, and write only what was computed"
+        return "name each column by its quantity, and write only computed columns"
     if missing := _missing(report):
         return f"write the missing columns too: {named(missing)}"
     if not report.is_whole:
-        return "write rows over the whole run, as dense as the motion is fast"
+        return "write rows over the whole run, dense enough to resolve the motion"
     if found == Grade.UNTOLD:
-        return "write 17 digits, to show what the program can do"
+        return "write 17 digits, to show the accuracy of the program"
     shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
     digits = math.floor(min(filter(None, shown), default=6.0))
     covered = min(m.coverage for m in report.maneuvers)
@@ -217,17 +217,17 @@ def _missing(report: Report) -> list[str]:
 def _next_of_series(series: Series, in_python: bool) -> str:
     if not series.is_one_program:
         save = 'save("report.html")' if in_python else "-o report.html"
-        return f"all of it, with charts: {save}"
+        return f"the whole report with charts: {save}"
     best: Run = series.runs[-1]
     if in_python:
-        return "the finest run by itself: series[-1]"
-    return f"the finest run by itself: {_command('score', best.report)}"
+        return "the report of the finest run: series[-1]"
+    return f"the report of the finest run: {_command('score', best.report)}"
 
 
 def _call(report: Report) -> str:
-    """The diagnosis in Python, of what may have no name."""
+    """The call of the diagnosis in Python; results in memory have no name."""
     is_file = report.file.format != ARRAY and ", " not in report.file.path
-    return f"diagnose({report.file.path!r})" if is_file else "diagnose(...) of the same"
+    return f"diagnose({report.file.path!r})" if is_file else "diagnose(...) with the same results"
 
 
 def _command(name: str, report: Report) -> str:

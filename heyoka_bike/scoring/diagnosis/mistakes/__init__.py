@@ -1,1 +1,1 @@
-"""The usual mistakes, and the search among them."""
+"""The library of usual mistakes."""

@@ -1,10 +1,10 @@
-"""Mistakes in terms of axes along the steer axis, as Moore's convention and SymBRiM have them.
+"""Mistakes of programs that use axes along the steer axis (Moore's convention, SymBRiM).
 
-There both frames have axes of their own, the global ones turned about y by the tilt: z is along the
-steer axis. Table 1 has to be turned into them: inertia, the centres of mass (l1, l2 from the rear
-hub, l3, l4 from the front hub), and the way from the rear hub across to the steer axis (d1), along
-it (d2), and across to the front hub (d3). A length that is wrong lets the bicycle pitch until both
-wheels are on the floor.
+In this convention both frames have their own axes: the global ones, rotated about y by the tilt, so
+that z is along the steer axis. Table 1 must be converted to these axes: the inertia, the centres of
+mass (l1, l2 from the rear hub, l3, l4 from the front hub), and the path from the rear hub across to
+the steer axis (d1), along it (d2), and across to the front hub (d3). If a length is wrong, the
+bicycle pitches until both wheels are on the floor.
 
 References
 ----------
@@ -21,7 +21,7 @@ _Entries = tuple[float, float, float]
 
 
 def _turned(entries: _Entries, angle: float) -> _Entries:
-    """Entries in axes that are turned about y by an angle: z comes to (sin, 0, cos)."""
+    """Entries in axes that are rotated about y by an angle: z becomes (sin, 0, cos)."""
     xx, zz, xz = entries
     s, c = sin(angle), cos(angle)
     return (
@@ -45,7 +45,7 @@ def _negative_product(entries: _Entries, tilt: float) -> _Entries:
 
 
 def _lengths(p: Parameters) -> Parameters:
-    """Moore's lengths [m]: of the geometry, then of the centres of mass."""
+    """Moore's lengths [m]: first those of the geometry, then those of the centres of mass."""
     s, c = sin(p["lam"]), cos(p["lam"])
     w, r, r_f = p["w"], p["rR"], p["rF"]
     x, z, x_f, z_f = p["xB"], p["zB"] + r, p["xH"] - w, p["zH"] + r_f
@@ -62,11 +62,11 @@ def _lengths(p: Parameters) -> Parameters:
 
 
 _Lengths = Callable[[Parameters, Parameters], Parameters]
-"""From the right lengths and the parameters to the lengths that are wrong."""
+"""Function from the correct lengths and the parameters to the wrong lengths."""
 
 
 def _stand(p: Parameters, *changes: _Lengths) -> None:
-    """Put the bicycle of changed lengths on the floor."""
+    """Put the bicycle with changed lengths on the floor."""
     m = _lengths(p)
     for change in changes:
         m |= change(m, p)
@@ -108,9 +108,10 @@ _HEIGHTS = "the height from which centres of mass are measured"
 def _of_inertia(
     code: str, says: str, given: Callable[[_Entries, float], _Entries]
 ) -> tuple[Mistake, ...]:
-    """A mistake in the inertia of the rear frame, of the fork, and of both.
+    """A mistake in the inertia of the rear frame, one of the fork, and one of both.
 
-    A program that takes what is `given`, of the right entries and the tilt, in tilted axes.
+    `given` computes, from the correct entries and the tilt, the entries that the program uses in
+    axes along the steer axis.
     """
 
     def made(bodies: str, name: str) -> Mistake:
@@ -164,4 +165,4 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
     model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
                   "the front hub", _HEIGHTS, lambda p: p.update(zH=p["zH"] - p["rF"])),
 )  # fmt: skip
-"""In no particular order."""
+"""Mistakes with axes along the steer axis, in no particular order."""

@@ -1,4 +1,4 @@
-"""Equations of motion without one of their terms, as those are written who start from each body."""
+"""Equations of motion with a missing term, as in derivations that start from each body."""
 
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, changed
@@ -37,8 +37,8 @@ _UNTURNED = {
 }
 
 OF_TENSORS = frozenset(_UNTURNED)
-"""Codes of those of inertia in other axes: with which of both tensors the energy is written is not
-agreed on."""
+"""Codes of the mistakes that leave an inertia in other axes. Programs with these mistakes compute
+the energy with either tensor."""
 
 
 def _missing(code: str, says: str, check: str, term: str) -> Mistake:
@@ -55,4 +55,4 @@ EQUATION_MISTAKES: tuple[Mistake, ...] = (
         for code, (term, check) in _MISSING.items()
     ),
 )
-"""In no particular order."""
+"""Mistakes in the equations of motion, in no particular order."""

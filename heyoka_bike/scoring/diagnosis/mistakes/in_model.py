@@ -1,4 +1,4 @@
-"""Mistakes in the parameters of the bicycle, alone."""
+"""Mistakes in the parameters of the bicycle."""
 
 from collections.abc import Callable
 from math import cos, degrees, pi, radians, tan
@@ -41,7 +41,7 @@ def _exchange(*pairs: tuple[str, str]) -> Callable[[Parameters], None]:
 
 
 def _moved(body: str, place: str, sign: int) -> Callable[[Parameters], None]:
-    """The parallel-axis terms between the centre of mass and another point, added or subtracted."""
+    """Add or subtract the parallel-axis terms between the centre of mass and another point."""
 
     def change(p: Parameters) -> None:
         x, z = p[f"x{body}"], p[f"z{body}"]
@@ -57,7 +57,7 @@ def _moved(body: str, place: str, sign: int) -> Callable[[Parameters], None]:
 
 
 def _through_p2(p: Parameters) -> None:
-    """The axis with the given tilt through the printed point."""
+    """Put the steer axis, with the given tilt, through the printed point P2."""
     x, z = _PRINTED_P2
     p["c"] = x - z * tan(p["lam"]) - p["w"]
 
@@ -67,7 +67,7 @@ def _trail_by_cosine(power: int) -> Callable[[Parameters], None]:
 
 
 def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
-    """Thin wheels with so many times m r^2 about the axle, and half of that about a diameter."""
+    """Thin wheels with `spin` times m r^2 about the axle, and half of that about a diameter."""
 
     def change(p: Parameters) -> None:
         for b in "RF":
@@ -78,7 +78,7 @@ def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
 
 
 def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
-    """Values of the table with so many places, of those whose symbols begin so."""
+    """Round the values of the table whose symbols begin with `prefix`, except gravity."""
     return lambda p: p.update(
         {s: round(x, decimals) for s, x in p.items() if s.startswith(prefix) and s != "g"}
     )
@@ -198,4 +198,4 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _model("gravity_missing", "there is no gravity", _GRAVITY, _zero("g")),
     _model("gravity_reversed", "gravity acts upward", _GRAVITY, _negate("g")),
 )  # fmt: skip
-"""In no particular order."""
+"""Mistakes in the parameters, in no particular order."""

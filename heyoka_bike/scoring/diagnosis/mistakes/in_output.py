@@ -1,4 +1,4 @@
-"""Mistakes in what is written of a right motion."""
+"""Mistakes in the output of a correct motion."""
 
 from collections.abc import Callable, Sequence
 
@@ -16,7 +16,7 @@ from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.rows.edits import Change, Columns, Rewritten
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 
-# Rates by the angles that they are derivatives of: those of another roll angle are of another
+# The angle of which each rate is the derivative. Some definitions of the roll angle have their own
 # definition of the rate.
 _RATES = {
     "roll_rate": "roll_angle",
@@ -27,7 +27,7 @@ _RATES = {
 
 
 def _differences(which: str) -> Change:
-    """Rates from the angles of neighbouring rows."""
+    """Replace rates with differences of the angles of neighbouring rows."""
 
     def rate(angle: Array, time: Array) -> Array:
         if len(angle) < 3:
@@ -47,13 +47,13 @@ def _differences(which: str) -> Change:
 def _changed(
     columns: Columns, keys: Sequence[str], change: Callable[[Array], Array]
 ) -> dict[str, Array]:
-    """Columns with every definition of some quantities changed."""
+    """The columns with all definitions of some quantities changed."""
     names = {c.name for key in keys for c in DEFINITIONS[key]} & columns.keys()
     return {**columns, **{name: change(columns[name]) for name in names}}
 
 
 def _rates_shifted(rows: float) -> Change:
-    """Rates of so many rows later than their angles."""
+    """Replace rates with the rates this many rows later than their angles."""
 
     def change(columns: Columns, time: Array) -> Columns:
         if len(time) <= DEGREE:
@@ -73,7 +73,10 @@ def _rates_shifted(rows: float) -> Change:
 def _energies(
     kinetic: float = 1.0, potential: float = 1.0, without: str = "", below: str = ""
 ) -> Change:
-    """Energies counted so many times, the kinetic and the potential one without a part of it."""
+    """Multiply the energies by factors, and leave out parts of them.
+
+    `without` and `below` name the parts of the kinetic and of the potential energy.
+    """
 
     def change(columns: Columns, _: Array) -> Columns:
         t = kinetic * (columns["kinetic_energy"] - (columns[without] if without else 0.0))
@@ -84,7 +87,7 @@ def _energies(
 
 
 def _difference(columns: Columns, sign: int) -> Columns:
-    """The kinetic less the potential energy in the place of their sum, or the reverse."""
+    """Replace the sum of the energies with the kinetic minus the potential one, times a sign."""
     difference = columns["kinetic_energy"] - columns["potential_energy"]
     return {**columns, "mechanical_energy": sign * difference}
 
@@ -94,7 +97,7 @@ def _first_speed(columns: Columns, _: Array) -> Columns:
 
 
 def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
-    """The forward speed with the radius of the other wheel."""
+    """A mistake that computes the forward speed with the other wheel's radius."""
 
     def make(program: Program) -> Program:
         ratio = float(program.motion.bicycle[radius]) / float(program.motion.bicycle[other])
@@ -109,7 +112,7 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 
 _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "front wheel"}
 
-# Of the polynomials between rows.
+# Degree of the polynomials that interpolate between rows.
 DEGREE = 5
 
 _MOMENT = "when a row is written: before or after the step"
@@ -122,10 +125,11 @@ _FEWEST_ROWS = 3
 
 
 def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
-    """Rows over a duration [s], written one step too close or too far apart, as the times allow.
+    """Return the mistakes of counting rows that are possible with these times.
 
-    Rows up to the end may be spread over the run without its end; rows up to a step before it may
-    be spread over all of it. Other times are of no such rows.
+    If the written times include the end of the run, the rows may be spread over the run without its
+    end. If they stop one step before the end [s], the rows may be spread over the whole run. With
+    other times there is no such mistake.
     """
     rows = len(times)
     if rows < _FEWEST_ROWS:
@@ -157,7 +161,7 @@ ROWS_LATE = {
     0.5: ("half_row_late", "half a row before"),
     -0.5: ("half_row_early", "half a row after"),
 }
-"""By how many rows a rate may be late: the name of that, and whose it then is."""
+"""By the delay of a rate in rows: the name of the mistake, and words for the row of the rate."""
 
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     clock_mistake("one_step_late", "each row is written one step late", _MOMENT, shift=-1.0),
@@ -209,4 +213,4 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     _speed_times("speed_written_by_rear_radius", "the forward speed written is the spin of the "
                  "front wheel times the radius of the rear wheel", "rR", "rF"),
 )  # fmt: skip
-"""In no particular order."""
+"""Mistakes in the output, in no particular order."""

@@ -1,4 +1,4 @@
-"""Mistakes in the start, and maneuvers in each other's place."""
+"""Mistakes in the initial conditions, and exchanged maneuvers."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,10 @@ _ONE_DEGREE = pi / 180
 
 
 def _place(sources: Mapping[int, int]) -> Mistake:
-    """Maneuvers in the place of others: by the number written, the number computed."""
+    """A mistake that writes maneuvers in the place of others.
+
+    `sources` gives, for the number written, the number of the maneuver that is computed.
+    """
 
     def make(program: Program) -> Program:
         held = program.motion.starts
@@ -36,13 +39,13 @@ def _place(sources: Mapping[int, int]) -> Mistake:
 
 
 def _faster(program: Program, ratio: float) -> Program:
-    """The program with so many times the speeds at the start."""
+    """The program with the initial speeds multiplied by a ratio."""
     starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.motion.starts.items()}
     return program.moving(starts=starts)
 
 
 def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
-    """A wheel is started with the speed over the radius of the other one."""
+    """A mistake that starts a wheel with the speed divided by the other wheel's radius."""
 
     def make(program: Program) -> Program:
         lengths = program.motion.bicycle
@@ -54,7 +57,7 @@ def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
 
 
 def _spin_kept(code: str, rear: str) -> Mistake:
-    """Wheels in each other's place, of which the rear one is started with the right spin."""
+    """Exchanged wheels, with the rear one started with the spin of the correct rear wheel."""
     (exchange,) = (m for m in MODEL_MISTAKES if m.code == code)
 
     def make(program: Program) -> Program:
@@ -67,8 +70,8 @@ def _spin_kept(code: str, rear: str) -> Mistake:
 
 @cache
 def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
-    """Maneuvers of these numbers in each other's place: one alone, two exchanged, all in turn."""
-    # One alone first: a file of one maneuver does not tell whether others are misplaced, too.
+    """Return mistakes that exchange maneuvers: one replaced, two exchanged, or all rotated."""
+    # One alone first: a file of one maneuver does not show whether others are misplaced, too.
     alone = [{n: held} for n in numbers for held in numbers if n != held]
     exchanged = [{a: b, b: a} for a, b in combinations(numbers, 2)]
     turned = [(*numbers[i:], *numbers[:i]) for i in range(1, len(numbers))]
@@ -131,4 +134,4 @@ START_MISTAKES: tuple[Mistake, ...] = (
     _spin_kept("wheels_exchanged", "one"),
     _spin_kept("radii_exchanged", "wheel"),
 )  # fmt: skip
-"""In no particular order; those in which maneuvers are in each other's place are `misplaced`."""
+"""Mistakes in the initial conditions, in no particular order, without those of `misplaced`."""

@@ -1,8 +1,8 @@
-"""The usual mistakes: what a program that makes one of them computes instead.
+"""The library of usual mistakes, each as a change of a program.
 
-Each mistake changes a `Program`: the bicycle's parameters, the start, or what is written. Mistakes
-can be made together, in any order that makes sense; `apply` makes several. Those that are read off
-a file, such as columns in another order, are in `proposals`.
+Each mistake changes a `Program`: the bicycle's parameters, the initial conditions, or the output.
+`apply` makes several mistakes together. Mistakes that are read off a file, such as columns in
+another order, are in `proposals`.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ __all__ = ["MISTAKES", "Mistake", "Program", "apply", "in_order", "mistakes_of"]
 
 KINDS = ("model", "start", "output")
 MANEUVERS = len(benchmark()[1])
-"""How many the benchmark has."""
+"""Number of maneuvers of the benchmark."""
 
 _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
     *MODEL_MISTAKES, *AXES_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES, *LINEAR_PROGRAMS,
@@ -30,7 +30,7 @@ _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
 
 
 def mistakes_of(numbers: tuple[int, ...], times: Array, duration: float) -> tuple[Mistake, ...]:
-    """The library for maneuvers of these numbers, and rows at these times of a duration [s]."""
+    """Return the library for maneuvers of these numbers, times of rows, and a duration [s]."""
     return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(times, duration))
 
 
@@ -39,7 +39,7 @@ def _of_the_benchmark() -> tuple[Mistake, ...]:
     numbers = tuple(range(1, len(maneuvers) + 1))
     steps, duration = maneuvers[0].rows - 1, float(maneuvers[0].duration)
     times = np.arange(steps + 1) * duration / steps
-    # One row less than there should be: the last one is not there.
+    # Also mistakes of files that lack the last row.
     return (*mistakes_of(numbers, times, duration), *misspaced(times[:-1], duration))
 
 
@@ -50,7 +50,7 @@ _PLACE_IN_LIBRARY = {m.code: i for i, m in enumerate(MISTAKES)}
 
 
 def in_order(mistakes: Sequence[Cause]) -> tuple[Cause, ...]:
-    """Causes that are made together: of the model, of the start, of what is written."""
+    """Sort causes that are made together: first the model, then initial conditions, then output."""
     return tuple(
         sorted(mistakes, key=lambda m: (KINDS.index(m.kind), _PLACE_IN_LIBRARY.get(m.code, 0)))
     )

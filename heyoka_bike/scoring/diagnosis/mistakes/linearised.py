@@ -1,4 +1,4 @@
-"""Linearised equations: no mistake, but not what the benchmark asks for."""
+"""Programs with linearised equations; these are not a mistake, but not the benchmark's."""
 
 from collections.abc import Sequence
 
@@ -38,9 +38,9 @@ LINEAR_PROGRAMS = (
     _with("k0_without_g", "K0 is not multiplied by gravity", Terms(k0=0)),
     _with("no_k0", "the term with K0 is missing", Terms(k0=None)),
 )
-"""The right one, and usual slips in these equations, in no particular order."""
+"""The program without mistakes, and usual mistakes in these equations, in no particular order."""
 
-# Of a speed that a program only repeats, or computes again.
+# Largest relative variation of a speed that a program only repeats, or computes again.
 _PART_OF_CONSTANT_SPEED = 1e-14
 
 

@@ -1,8 +1,8 @@
 """Mistakes that are read off a file: columns in another order.
 
-There are too many of them to try each. What fits the correct motion best is proposed, and then
-judged as all others are. The best order is an assignment of the written columns to the quantities,
-one to one, that makes the product of the errors least.
+There are too many orders to try them all. The order that fits the exact motion best is proposed,
+and then judged like all other mistakes. It is the one-to-one assignment of the written columns to
+quantities with the smallest product of the errors.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,17 +20,17 @@ from heyoka_bike.scoring.diagnosis.programs.program import Mistake, output_mista
 from heyoka_bike.scoring.rows.edits import Columns, Stage
 from heyoka_bike.scoring.units import UNITS, factor
 
-# Units of angles and rates, which have either sign; a moved column is as near to its quantity as
-# an oscillation has to be, or a speed or energy that hardly varies.
+# Units of angles and rates, which may have either sign. A moved column must be nearer to its
+# quantity than `HALF` of its size in these units, or `NEAR_STEADY` in others.
 _OSCILLATING = ("rad", "rad s-1")
 
-# What may stand in the place of a column: the others, and what programs have beside them.
+# Quantities that may be in the place of a column: the benchmark's, and others that programs have.
 _COLUMNS_PROPOSED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 
 
 @dataclass(frozen=True, slots=True)
 class _InPlace:
-    """A quantity in the place of a column, and the logarithm of how far it is from it."""
+    """A quantity in the place of a column, and the logarithm of its relative error there."""
 
     cost: float
     column: Column
@@ -41,12 +41,13 @@ class _InPlace:
 def columns_in_another_order(
     written: Sequence[Mapping[str, Array]], expected: Sequence[Mapping[str, Array]]
 ) -> Mistake | None:
-    """The order of the columns that fits best, unless it is the right one.
+    """Find the order of the columns that fits best; None if it is the correct one.
 
     Parameters
     ----------
     written, expected
-        Of each maneuver: columns by key, and every definition of them by name, at the same rows.
+        For each maneuver, at the same rows: the file's columns by key, and the exact columns by
+        name, in every definition.
     """
     keys = [key for key in BENCHMARK_COLUMNS if any(key in w for w in written)]
     fits = [[_best_fit(key, quantity, written, expected) for quantity in _COLUMNS_PROPOSED]
@@ -83,7 +84,7 @@ def _best_fit(
     key: str, quantity: str, written: Sequence[Mapping[str, Array]],
     expected: Sequence[Mapping[str, Array]],
 ) -> _InPlace:  # fmt: skip
-    """A quantity in the place of a column, in the definition, sign and unit that fit best."""
+    """Fit a quantity to a column, with the definition, sign and unit that fit best."""
     definitions = [c for c in COMPARED[quantity] if all(c.name in e for e in expected)]
     si = definitions[0].unit
     ways = [(unit, s) for unit in UNITS[si] for s in ((1, -1) if si in _OSCILLATING else (1,))]
@@ -99,12 +100,15 @@ def _best_fit(
 
 
 def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Array:
-    """Logarithms of relative errors of rows; infinite if one is not near, but in its own place."""
+    """Logarithms of typical relative errors.
+
+    A value is infinite if the error exceeds the limit, except for a column in its own place.
+    """
     errors = np.abs(values[:, None] - expected)
     good = np.isfinite(errors)
     counts = good.sum(axis=2)
     size = np.sqrt(np.sum(np.where(good, expected**2, 0.0), axis=2) / np.maximum(counts, 1))
-    # The median of those that are finite: others come last.
+    # Index of the median of the finite errors; `sort` puts the others last.
     middle = np.maximum(counts - 1, 0)[..., None] // 2
     typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -115,7 +119,7 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
 
 
 def _assign(cost: Sequence[Sequence[float]]) -> list[int]:
-    """One column of the matrix for each row, all different, with the least sum."""
+    """Choose a different column of the matrix for each row, with the smallest sum."""
     best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
     for row in cost:
         found: dict[int, tuple[float, list[int]]] = {}

@@ -1,1 +1,1 @@
-"""A program with mistakes, and its motion."""
+"""Programs with mistakes, and the simulation of their motions."""

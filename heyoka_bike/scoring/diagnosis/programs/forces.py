@@ -1,10 +1,10 @@
-"""Forces and torques that a program has beside gravity, or lacks, each with a coefficient.
+"""Forces and torques that a program adds to gravity, or terms that it lacks, with coefficients.
 
-The benchmark has none of them: simulators bring some by default, and equations that are written by
-hand lack some. Each is linear in its coefficient, and acts along velocities: a force f at a point
-of velocity v has the power f . v, a torque likewise. The power at unit independent speeds (roll
-rate, steer rate, rolling rate) is the generalised force. A term that is missing from the equations
-is a force that cancels it.
+The benchmark has none of these forces. Simulators add some by default, and equations written by
+hand lack some terms. Each force is linear in its coefficient and acts along velocities: a force f
+at a point with the velocity v has the power f . v, and a torque likewise. The power at unit
+independent speeds (roll rate, steer rate, rolling rate) is the generalised force. A missing term is
+represented by a force that cancels it.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ Linear = Mapping[str, Vector]
 """Quantities linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
 
 Turn = Callable[[Vector], Vector]
-"""From the components of a vector in some axes to those in others."""
+"""Function from the components of a vector in some axes to those in other axes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tensors:
-    """Inertia that is in other axes than those of its body; at the start they are the same.
+    """Inertia that does not turn with its body; initially its axes are those of the body.
 
     Attributes
     ----------
     bodies
-        Letters of rear frame or fork.
+        Letters of the bodies: rear frame B, fork H.
     axes
-        ``ground``, or ``rear``: those of the rear frame.
+        The axes that it keeps: ``ground``, or ``rear`` for those of the rear frame.
     """
 
     bodies: str
@@ -58,25 +58,26 @@ TENSORS = {
     "tensor_turning_H": Tensors("H", "ground"),
     "tensor_steering_H": Tensors("H", "rear"),
 }
-"""Turnings of inertia that may be missing, by name: no forces."""
+"""Rotations of inertia that may be missing, by name; these are not forces."""
 
 
 class Moving:
-    """A motion, and all velocities on which forces act.
+    """A motion, and all velocities along which forces act.
 
-    Velocities ``v_R`` ... ``v_F`` of the bodies' centres are in heading axes; angular velocities
-    ``w_R`` ... ``w_F`` in the axes of the frame that the body is in. ``rates`` are roll rate, steer
-    rate and the rate of the rear wheel's hub along the heading; ``spins`` those of the wheels
-    about their axles, relative to their frames; ``turn`` the yaw rates of both frames.
+    Velocities ``v_R`` ... ``v_F`` of the bodies' centres are in heading axes, angular velocities
+    ``w_R`` ... ``w_F`` in the axes of the body's frame. ``rates`` are roll rate, steer rate and the
+    speed of the rear hub along the heading. ``spin_R`` and ``spin_F`` are the rates of the wheels
+    about their axles relative to their frames, ``turn_B`` and ``turn_H`` the angular velocities of
+    both frames in heading axes.
 
     Parameters
     ----------
     equations : Equations
-        Of the regular form, over arrays.
+        Equations of the regular form, over arrays.
     state
-        Its variables, with the yaw.
+        State of the regular form, with the yaw.
     unturned : mapping of str to number
-        By names of `TENSORS`, the part of that inertia that is in other axes.
+        By name in `TENSORS`: the fraction of this inertia that does not turn.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class Moving:
 
     @cached_property
     def units(self) -> list[dict[str, Vector]]:
-        """Velocities at unit independent speeds."""
+        """Velocities at each unit independent speed."""
         zero, state = 0.0 * self.state[0], self.state
         speeds = ([zero + float(i == j) for j in INDEPENDENT] for i in INDEPENDENT)
         return [_velocities(self.equations, [*state[:3], *x, state[6]]) for x in speeds]
@@ -109,7 +110,7 @@ class Moving:
 
     @cached_property
     def rates(self) -> list[Number]:
-        """The rates of the state, without forces."""
+        """Time derivatives of the state, without additional forces."""
         if not self._unturned:
             return self._right
         return [*self._right[:3], *self.added(self.free()), self._right[6]]
@@ -119,7 +120,7 @@ class Moving:
         return self.equations.rates_with_yaw(self.state)
 
     def product(self, one: Linear, other: Linear) -> Number:
-        """Twice the kinetic energy's bilinear form."""
+        """Return twice the bilinear form of the kinetic energy."""
         found = 0.0
         for body, mass in self.masses.items():
             found = found + mass * dot(one[f"v_{body}"], other[f"v_{body}"])
@@ -127,7 +128,7 @@ class Moving:
         return found
 
     def inertia(self, body: str, v: Vector) -> Vector:
-        """The inertia of a body times a vector."""
+        """Return the inertia of a body times a vector."""
         half: Half = self.b.rear if body in "RB" else self.b.front
         if body in "RF":
             return half.wheel_inertia_times(v)
@@ -139,7 +140,7 @@ class Moving:
         return found
 
     def _other_axes(self, body: str, axes: str) -> tuple[Turn, Turn]:
-        """The turns from the axes of rear frame or fork to others, and back."""
+        """Functions that convert from the axes of rear frame or fork to other axes, and back."""
         out, back = (
             (self.axes.from_rear, self.axes.to_rear)
             if body == "B"
@@ -154,31 +155,31 @@ class Moving:
 
     @cached_property
     def bias(self) -> Linear:
-        """Rates of change of the velocities at constant independent speeds, in their axes."""
+        """Derivatives of the velocities at constant independent speeds, in the axes of each."""
         dual = self.equations.over(Duals(self.equations.a))
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self._right[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
         found = {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in moved.items()}
-        # Those of the centres as seen from the ground: heading axes turn.
+        # Accelerations of the centres relative to the ground, because heading axes rotate.
         turn: Vector = (0.0, 0.0, self._right[6])
         for body in "RBHF":
             found[f"v_{body}"] = plus(found[f"v_{body}"], cross(turn, self.now[f"v_{body}"]))
         return found
 
     def acceleration(self, name: str) -> Vector:
-        """Return the rate of change of one of the velocities, by the right equations."""
+        """Return the derivative of one of the velocities, by the correct equations."""
         found = self.bias[name]
         for unit, rate in zip(self.units, self.rates[3:6], strict=True):
             found = plus(found, scaled(rate, unit[name]))
         return found
 
     def ground(self, v: Vector) -> Vector:
-        """Heading components of a vector given in ground axes."""
+        """Return the heading components of a vector in ground axes."""
         a, yaw = self.equations.a, self.state[6]
         return from_turned("z", -a.sin(yaw), a.cos(yaw), v)
 
     def free(self) -> list[Number]:
-        """Generalised forces of weight and of what turns, at constant speeds: Newton and Euler."""
+        """Return the generalised forces of weight and inertia at constant independent speeds."""
         found: list[Number] = [0.0] * 3
         for body, mass in self.masses.items():
             v, w = f"v_{body}", f"w_{body}"
@@ -190,7 +191,7 @@ class Moving:
         return found
 
     def powers(self, force: Linear) -> list[Number]:
-        """Generalised forces [N m] of forces and torques by the velocity that they act along."""
+        """Return the generalised forces of forces and torques, given by velocity name [N m]."""
         found: list[Number] = []
         for unit in self.units:
             power: Number = 0.0
@@ -200,17 +201,17 @@ class Moving:
         return found
 
     def added(self, forces: Sequence[Number]) -> list[Number]:
-        """Return what generalised forces add to the rates of the independent speeds."""
+        """Return the accelerations that generalised forces add to the independent speeds."""
         return solved(self.mass, forces)
 
     def altered(self, amounts: Mapping[str, Number]) -> list[Number]:
-        """Rates of the state with coefficients of `FORCES` [SI]."""
+        """Return the derivatives of the state with coefficients of `FORCES` [SI]."""
         if not amounts:
             return self.rates
         force, rotors = self._forces(amounts, self)
         mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
                 for i, row in enumerate(self.mass)]  # fmt: skip
-        # What a rotor takes up: its inertia times the right acceleration.
+        # Torque that accelerates a rotor: its inertia times the acceleration without it.
         force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
         if any(FORCES[name].is_inertial for name in amounts):
             mass = self._less_inertial(mass, {n: x for n, x in amounts.items()
@@ -243,7 +244,7 @@ class Moving:
     def _less_inertial(
         self, mass: Sequence[Sequence[Number]], amounts: Mapping[str, Number]
     ) -> list[list[Number]]:
-        """A mass matrix less the slopes of forces that are linear in the accelerations."""
+        """The mass matrix minus the derivatives of forces that are linear in the accelerations."""
         at_right, _ = self._forces(amounts, self)
         columns = []
         for i in INDEPENDENT:
@@ -280,7 +281,7 @@ def _velocities(equations: Equations, state: Sequence[Number]) -> dict[str, Vect
 
 
 def dot(u: Vector, v: Vector) -> Number:
-    """Scalar product."""
+    """Return the scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
@@ -289,7 +290,7 @@ def _slope(x: Number) -> Number:
 
 
 def solved(m: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[Number]:
-    """Solution of three linear equations, by Cramer's rule."""
+    """Solve three linear equations by Cramer's rule."""
     rows: list[Vector] = [(row[0], row[1], row[2]) for row in m]
     across = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])]
     determinant = dot(rows[0], across[0])
@@ -299,34 +300,35 @@ def solved(m: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[Numbe
 
 
 Law = Callable[[Moving], Linear]
-"""From a motion to the forces of a unit coefficient, by the velocity that they act along."""
+"""Function from a motion to the forces with a unit coefficient, by velocity name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Force:
-    """A force with a coefficient that the correct program has as zero.
+    """A force whose coefficient is zero in the correct program.
 
     Attributes
     ----------
     says
-        Name of the quantity.
+        Name of the coefficient in messages.
     unit
     size
-        A small one [SI].
+        Small value of the coefficient [SI].
     law
+        Forces with a unit coefficient.
     is_part
-        True if the coefficient is the part of a term that is missing, 1 for all of it.
+        True if the coefficient is the missing fraction of a term.
     is_fitted
-        True if it is one of the unknowns; not where it is a sum or a multiple of others.
+        True if the coefficient is an unknown of fits; False for a sum or a multiple of others.
     turns_with
-        Index of the independent speed with which a rotor of this inertia turns; None of a force.
+        Index of the independent speed of a rotor whose inertia is the coefficient; None for forces.
     turned
-        Where the coefficient is an angle by which a force of the benchmark is turned, what that
-        loses along its own axis at an angle of 90 degrees: it acts with 1 - cos, the law with sin.
+        For a coefficient that is an angle by which a force of the benchmark is rotated: the loss of
+        that force at 90 degrees. It is multiplied by 1 - cos, and `law` by sin.
     squared
-        What acts with the square of the coefficient beside.
+        Additional forces that are multiplied by the square of the coefficient.
     is_inertial
-        True if the law is linear in the accelerations, which it changes.
+        True if the law is linear in the accelerations.
     """
 
     says: str
@@ -342,13 +344,14 @@ class Force:
 
 
 PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
-"""Places in the state of what terms are powers of."""
+"""Indices in the state of the variables of terms."""
 
 
 def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 1.0) -> Law:
-    """A force along the roll rate, the steer rate or the rear hub's speed, by a term of the state.
+    """Make a force along the roll rate, the steer rate or the rear hub's speed, by a term.
 
-    Along the first two, which have a side, the square of a variable is that times its size.
+    The term is a product of variables of the state and a power of the speed. Along roll and steer a
+    square is x |x|, because left and right are alike.
     """
 
     def law(m: Moving) -> Linear:
@@ -365,17 +368,17 @@ def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 
 
 
 def _on_axles(wheels: str, strength: Callable[[Number], Number]) -> Law:
-    """A torque between wheel and frame, by the rate between them."""
+    """Make a torque between wheel and frame that depends on the rate between them."""
     return lambda m: {f"spin_{w}": (0.0, strength(m.now[f"spin_{w}"][1]), 0.0) for w in wheels}
 
 
 def _from_ground(wheels: str) -> Law:
-    """A constant torque about the axles against rolling, which the frames do not bear."""
+    """Make a constant torque from the ground about the axles, against rolling."""
     return lambda m: {f"w_{w}": (0.0, 1.0 + 0.0 * m.state[0], 0.0) for w in wheels}
 
 
 def _drag(point: str) -> Law:
-    """Against a velocity, by its square: at two points together it is that at any height."""
+    """Make a force against a velocity, in proportion to its square."""
 
     def law(m: Moving) -> Linear:
         v = m.now[point]
@@ -385,7 +388,7 @@ def _drag(point: str) -> Law:
 
 
 def _forward_drag(law: Law) -> Law:
-    """Return a drag by the square of the hub's speed, at the place of a unit force forward."""
+    """Make a drag by the square of the hub's speed, at the point of a unit forward force."""
     return lambda m: {
         name: scaled(-m.now["rates"][2] * m.now["rates"][2], f) for name, f in law(m).items()
     }
@@ -395,34 +398,34 @@ _AHEAD_AXIS: Vector = (1.0, 0.0, 0.0)
 
 
 def _on_all(m: Moving) -> Linear:
-    """Forward at the centre of mass of the whole."""
+    """Return a unit forward force at the centre of mass of the whole bicycle."""
     whole = sum(m.masses.values())
     return {f"v_{b}": scaled(mass / whole, _AHEAD_AXIS) for b, mass in m.masses.items()}
 
 
 def _on_ground(m: Moving) -> Linear:
-    """Forward at the point of the rear frame that is below the hub, on the ground when upright."""
+    """Return a unit forward force at the point of the rear frame on the ground below the hub."""
     below: Vector = (0.0, 0.0, m.b.rear.wheel_r)
     return {"v_R": _AHEAD_AXIS, "w_B": cross(below, m.axes.to_rear(_AHEAD_AXIS))}
 
 
 def _decay(m: Moving) -> Linear:
-    """The velocities of all centres of mass decay."""
+    """Return forces by which the velocities of all centres of mass decay."""
     return {f"v_{b}": scaled(-mass, m.now[f"v_{b}"]) for b, mass in m.masses.items()}
 
 
 def _spin_down(m: Moving) -> Linear:
-    """The angular velocities of all bodies decay."""
+    """Return torques by which the angular velocities of all bodies decay."""
     return {f"w_{b}": scaled(-1.0, m.inertia(b, m.now[f"w_{b}"])) for b in m.masses}
 
 
 def _scrub(frame: str) -> Law:
-    """A torque of the tyre about the vertical, against the yaw rate."""
+    """Make a torque of the tyre about the vertical, against the yaw rate."""
     return lambda m: {f"turn_{frame}": (0.0, 0.0, -m.now[f"turn_{frame}"][2])}
 
 
 def _crown(frames: str) -> Law:
-    """A round section of tyres: the load of a wheel that leans acts to the side, to first order."""
+    """Make the torque of tyres with a round section: a leaning wheel is loaded off its plane."""
 
     def law(m: Moving) -> Linear:
         k, b = m.equations.k, m.b
@@ -446,7 +449,7 @@ def _crown(frames: str) -> Law:
 
 
 def _slope_of_ground(along: Vector) -> Law:
-    """Gravity's component along an axis of the ground that rises steeply."""
+    """Make the force of gravity as it would be if an axis of the ground were vertical."""
 
     def law(m: Moving) -> Linear:
         pull = scaled(-m.b.g, m.ground(along))
@@ -460,7 +463,7 @@ def _weightless(bodies: str) -> Law:
 
 
 def _without_spin_moment(wheels: str) -> Law:
-    """Without the gyroscopic moment of a wheel's spin: the turn of its frame times I_yy spin."""
+    """Cancel the gyroscopic moment of a wheel's spin: angular velocity of its frame x I_yy spin."""
 
     def law(m: Moving) -> Linear:
         found = {}
@@ -473,19 +476,19 @@ def _without_spin_moment(wheels: str) -> Law:
 
 
 def _without_euler(bodies: str) -> Law:
-    """Without w x (I w) of bodies."""
+    """Cancel w x (I w) of bodies."""
     return lambda m: {
         f"w_{b}": cross(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) for b in bodies
     }
 
 
 def _without_centrifugal(bodies: str) -> Law:
-    """Without the acceleration of bodies that is there at constant independent speeds."""
+    """Cancel the acceleration that bodies have at constant independent speeds."""
     return lambda m: {f"v_{b}": scaled(m.masses[b], m.bias[f"v_{b}"]) for b in bodies}
 
 
 def _to_the_side(body: str) -> Law:
-    """The centre of mass of a body off to the right: what is linear in the distance."""
+    """Move the centre of mass of a body to the right: the effect linear in the distance."""
 
     def law(m: Moving) -> Linear:
         into = m.axes.to_rear if body == "B" else m.axes.to_front
@@ -501,25 +504,25 @@ def _to_the_side(body: str) -> Law:
 
 
 def _to_the_side_squared(body: str) -> Law:
-    """... and in its square: the inertia of a mass that is off the centre."""
+    """Move the centre of mass of a body to the right: the effect of the squared distance."""
     return lambda m: {f"w_{body}": scaled(-m.masses[body], cross(_SIDE, _of_the_side(m, body)))}
 
 
 def _of_the_side(m: Moving, body: str) -> Vector:
-    """Acceleration of a point of a body a metre to the right of its centre, beside the centre's."""
+    """Acceleration of a point 1 m to the right of a body's centre, relative to the centre."""
     w = m.now[f"w_{body}"]
     return plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
 
 
 def _held_speed(m: Moving) -> Linear:
-    """A drive that keeps the rolling rate of the rear wheel constant."""
+    """Return the force of a drive that keeps the rolling rate of the rear wheel constant."""
     unit = m.added([0.0, 0.0, 1.0])[2]
     length = m.units[2]["rates"][2]
     return {"rates": (0.0, 0.0, -m.rates[5] / unit / length)}
 
 
 def _held_spin(m: Moving) -> Linear:
-    """A motor between rear wheel and frame that keeps the rate between them constant."""
+    """Return the torque of a motor that keeps the rate between rear wheel and frame constant."""
     change = m.added(m.powers({"spin_R": _SIDE}))
     by_unit_torque = sum(unit["spin_R"][1] * x for unit, x in zip(m.units, change, strict=True))
     return {"spin_R": (0.0, -m.acceleration("spin_R")[1] / by_unit_torque, 0.0)}
@@ -530,7 +533,7 @@ _BRAKED_WHEELS = (
     ("_R", "R", "the rear wheel", "the rear wheel's"),
     ("_F", "F", "the front wheel", "the front wheel's"),
 )
-"""The end of a name, wheels, and what they are called."""
+"""End of a coefficient's name, letters of the wheels, and their names in messages."""
 _BODIES = {"R": "rear wheel", "B": "rear frame", "H": "fork", "F": "front wheel"}
 _POINTS_OF_FORCES: tuple[tuple[str, str, Law], ...] = (
     ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD_AXIS}),
@@ -538,11 +541,11 @@ _POINTS_OF_FORCES: tuple[tuple[str, str, Law], ...] = (
     ("whole", "centre of mass of the whole", _on_all),
     ("ground", "rear contact", _on_ground),
 )
-"""Where forces along the heading act."""
+"""Points of forces along the heading: name, words, and unit force."""
 
 
 def _part(says: str, law: Law, *, is_fitted: bool = True) -> Force:
-    """A term that is missing, in part or all."""
+    """Make a term that may be missing, wholly or in part."""
     return Force(says, "1", 0.1, law, is_part=True, is_fitted=is_fitted)
 
 
@@ -551,7 +554,7 @@ _ALONG = (
     ("steer", "torque on the steer axis"),
     ("speed", "force forward at the rear hub"),
 )
-"""Equations of motion, and what acts in them."""
+"""Equations of motion, with words for the force or torque in each."""
 _POWERS_OF_SPEED = ("", " the speed", " the speed squared")
 
 
@@ -562,7 +565,11 @@ _NAMED_OTHERWISE = (
 
 
 def _of_the_state() -> dict[str, Force]:
-    """Forces over simple terms of the state: odd ones where left and right differ, or even ones."""
+    """Make forces in proportion to simple terms of the state.
+
+    Terms along roll and steer are odd, because left and right are alike; terms along the speed are
+    even.
+    """
     odd: list[tuple[tuple[str, ...], str]] = [((), "")]
     even = [*odd]
     for x in PLACE_IN_STATE:
@@ -583,7 +590,7 @@ def _of_the_state() -> dict[str, Force]:
 
 
 OF_THE_STATE = _of_the_state()
-"""Forces that are looked for where no other one explains a file."""
+"""Forces that are fitted only if no other force explains a file."""
 
 FORWARD: Mapping[str, Force] = {
     "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
@@ -613,7 +620,7 @@ FORWARD: Mapping[str, Force] = {
     "spin_held": _part("change of the rear wheel's rate against the frame (a motor holds it)",
                        _held_spin),
 }  # fmt: skip
-"""Forces that change the speed first, and so the motion: all others change roll and steer."""
+"""Forces that mainly change the speed; all others mainly change roll and steer."""
 
 FORCES: Mapping[str, Force] = {
     **FORWARD,
@@ -661,7 +668,7 @@ FORCES: Mapping[str, Force] = {
                               _without_centrifugal("RBHF")),
     "wheels_weight": _part("weight of the wheels", _weightless("RF"), is_fitted=False),
     **{f"{kind}_{b}": _part(f"{says} of the {name}", law(b),
-                            # Of wheels nearly the moment of the spin.
+                            # Not fitted for wheels: it is nearly the moment of their spin.
                             is_fitted=kind != "gyroscopic" or b in "BH")
        for kind, says, law in (("gyroscopic", "gyroscopic torque w x (I w)", _without_euler),
                                ("centrifugal", "centrifugal and Coriolis force",
@@ -670,7 +677,7 @@ FORCES: Mapping[str, Force] = {
        for b, name in _BODIES.items()},
     **OF_THE_STATE,
 }  # fmt: skip
-"""The forces by name."""
+"""All forces by name."""
 
 WITHOUT_POTENTIAL = frozenset(
     name
@@ -680,9 +687,10 @@ WITHOUT_POTENTIAL = frozenset(
     or name.startswith(("scrub", "no_spin_moment", "gyroscopic", "centrifugal"))
     or (name in OF_THE_STATE and "angle" not in name and ("rate" in name or "speed" in name[6:]))
 )
-"""Forces that store no energy: the potential energy with them is that of gravity alone."""
+"""Forces that store no energy, so that the potential energy remains that of gravity."""
 
-# A term is missing, has the other sign, is there twice, or by half; by so much may it be off.
+# Plausible missing fractions of a term (it is missing, has the opposite sign, is doubled, or
+# halved), and the largest deviation of a fitted fraction from these.
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
 # A fitted size may be at most this much below zero [SI].
@@ -692,7 +700,7 @@ _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 
 
 def is_plausible(name: str, amount: float) -> bool:
-    """True unless a size is negative, or a part of a term has a factor that no mistake gives it."""
+    """True unless a size is negative, or the missing fraction of a term is not plausible."""
     if _SIZE.fullmatch(name):
         return amount > -_ZERO
     is_part = name in FORCES and FORCES[name].is_part
@@ -702,16 +710,16 @@ def is_plausible(name: str, amount: float) -> bool:
 def rates_altered(
     equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
 ) -> list[Number]:
-    """Time derivatives of the regular form's state, the yaw included.
+    """Compute the time derivatives of the state of the regular form, including the yaw.
 
     Parameters
     ----------
     equations : Equations
-        Of the regular form, over arrays.
+        Equations of the regular form, over arrays.
     state
-        Its variables, with the yaw.
+        State of the regular form, with the yaw.
     amounts : mapping of str to number
-        Coefficients of `FORCES` [SI]; of `TENSORS` 1 where one is missing.
+        Coefficients of `FORCES` [SI], and missing fractions of `TENSORS`.
     """
     forces, unturned = forces_and_tensors(amounts)
     return Moving(equations, state, unturned).altered(forces)
@@ -720,6 +728,6 @@ def rates_altered(
 def forces_and_tensors(
     amounts: Mapping[str, Number],
 ) -> tuple[dict[str, Number], dict[str, Number]]:
-    """Coefficients of `FORCES`, and those of `TENSORS`."""
+    """Split coefficients into those of `FORCES` and those of `TENSORS`."""
     unturned = {name: x for name, x in amounts.items() if name in TENSORS}
     return {name: x for name, x in amounts.items() if name not in TENSORS}, unturned

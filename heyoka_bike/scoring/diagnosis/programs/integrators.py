@@ -1,10 +1,10 @@
-"""Usual methods of integration with a fixed step, and the errors that they leave of a motion.
+"""Usual methods of integration with a fixed step, and their errors along a motion.
 
-A step from a state of the right motion misses the state that follows by the method's local error.
-Such errors are carried along the right motion by its variational equations: if y_i are the right
-states, e_(i+1) = J_i e_i + (what the step from y_i misses), where J_i is the derivative of the
-state a step later by the state. That is the whole error of the method to first order in the error
-itself, and to all orders in the step. All steps are made at once, by NumPy alone.
+A step from a state of the exact motion misses the next state by the method's local error. Local
+errors are propagated along the exact motion by its variational equations. If y_i are the exact
+states, e_(i+1) = J_i e_i + (local error of the step from y_i), where J_i is the derivative of the
+next state with respect to the state. This gives the whole error of the method, to first order in
+the error itself and to all orders in the step. NumPy makes all steps at once.
 
 References
 ----------
@@ -21,12 +21,12 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 
 Rates = Callable[[Array], Array]
-"""From states, shape (variables, n), to their derivatives by the time."""
+"""Function from states, shape (variables, n), to their time derivatives."""
 Step = Callable[[Rates, Array, float | Array], Array]
-"""From the rates, states and the length of a step [s], or of each, to the states after it."""
+"""Function from rates, states and the length of a step [s], or of each, to the next states."""
 
-# Of implicit equations, which are solved by repetition: with steps of 0.02 s each leaves less than
-# a half; and the last change.
+# Fixed-point iterations per implicit step, and the relative change at which they stop. With steps
+# of 0.02 s each iteration more than halves the error.
 _REPETITIONS, _SETTLED = 40, 1e-14
 
 
@@ -37,12 +37,12 @@ class FixedStep:
     Attributes
     ----------
     code
-        Its name for ``diagnose -v``.
+        Name of the method in the log of ``diagnose -v``.
     says
-        Its name in sentences.
+        Name of the method in messages.
     order
     step
-        Makes one step.
+        Function that makes one step.
     """
 
     code: str
@@ -52,7 +52,7 @@ class FixedStep:
 
 
 def _runge_kutta(a: Sequence[Sequence[float]], b: Sequence[float]) -> Step:
-    """The explicit method with these coefficients; each row of `a` is that of a stage."""
+    """Make the step of an explicit Runge-Kutta method; each row of `a` belongs to a stage."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         stages: list[Array] = []
@@ -69,7 +69,7 @@ def _sum(factors: Sequence[float], stages: Sequence[Array]) -> Array:
 
 
 def _semi_implicit(f: Rates, y: Array, h: float | Array) -> Array:
-    """New speeds first, then the angles by these."""
+    """Make a step of semi-implicit Euler: first the new speeds, then the angles with these."""
     ahead = y.copy()
     ahead[3:6] += h * f(y)[3:6]
     return np.concatenate([y[:3], ahead[3:6], y[6:]]) + h * np.where(_ARE_ANGLES, f(ahead), 0.0)
@@ -79,7 +79,7 @@ _ARE_ANGLES = np.array([1, 1, 1, 0, 0, 0, 1], bool)[:, None]
 
 
 def _theta(old: float, new: float) -> Step:
-    """Rates at both ends of the step, with these weights."""
+    """Make the step of a method that weights the rates at both ends of the step."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         now = f(y)
@@ -94,7 +94,7 @@ def _implicit_midpoint(f: Rates, y: Array, h: float | Array) -> Array:
 
 
 def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
-    """What no longer changes."""
+    """Iterate until the value no longer changes."""
     for _ in range(_REPETITIONS):
         guess, before = better(guess), guess
         change, size = (np.max(np.abs(x), initial=0.0) for x in (guess - before, guess))
@@ -104,7 +104,7 @@ def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
 
 
 def _adams_bashforth(weights: Sequence[float]) -> Step:
-    """With the rates of so many steps before, on the right motion."""
+    """Make the step of an Adams-Bashforth method, with earlier rates from the exact motion."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         found, before = y + h * weights[0] * f(y), y
@@ -121,7 +121,7 @@ RK4 = _runge_kutta([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1
 
 
 def _nearly_right(f: Rates, y: Array, h: float | Array) -> Array:
-    """A step that is far nearer to the right motion than the methods are: two small ones."""
+    """Make a step that is far more accurate than the methods: two half steps of RK4."""
     return RK4(f, RK4(f, y, h / 2), h / 2)
 
 
@@ -196,17 +196,17 @@ METHODS = (
         ),
     ),
 )
-"""Methods whose errors are known here."""
+"""Methods that the diagnosis can recognise."""
 
 
 def rates_of(equations: Equations, y: Array) -> Array:
-    """Derivatives by the time of states, shape (7, n)."""
+    """Compute the time derivatives of states, shape (7, n)."""
     made = equations.rates_with_yaw(list(y))
     return np.array([np.broadcast_to(r, y[0].shape) for r in made])
 
 
 def evaluations(method: FixedStep, equations: Equations, start: Array, step: float) -> int:
-    """How many times one step asks for the rates."""
+    """Count the evaluations of the rates in one step."""
     count = 0
 
     def rates(y: Array) -> Array:
@@ -222,7 +222,7 @@ def evaluations(method: FixedStep, equations: Equations, start: Array, step: flo
 def steps_made(
     method: FixedStep, equations: Equations, start: Array, step: float, count: int
 ) -> Array:
-    """States after each of so many steps, and the first ones, shape (7, motions, count + 1)."""
+    """Make `count` steps; return the initial and later states, shape (7, motions, count + 1)."""
     states = [start]
     with np.errstate(all="ignore"):
         for _ in range(count):
@@ -231,16 +231,16 @@ def steps_made(
 
 
 class Carried:
-    """Errors of methods along a right motion.
+    """Propagation of the errors of methods along an exact motion.
 
     Parameters
     ----------
     equations : Equations
-        Of the regular form, over arrays.
+        Equations of the regular form, over arrays.
     states : ndarray, shape (7, n)
-        Of the right motion, at rows of equal distance from the start on.
+        States of the exact motion, at evenly spaced rows from the start on.
     spacing
-        Of the rows [s].
+        Distance of the rows [s].
 
     Attributes
     ----------
@@ -253,14 +253,14 @@ class Carried:
         moved = (states[:, None, :-1] + shifts[:, :, None]).reshape(7, -1)
         ahead = RK4(self._rates, moved, spacing).reshape(7, 8, -1)
         slopes = (ahead[:, 1:] - ahead[:, :1]) / SMALL_STEP
-        # (rows, of, by)
+        # Axes: row, component of the next state, component of the state.
         self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))
 
     def _rates(self, y: Array) -> Array:
         return rates_of(self._equations, y)
 
     def errors(self, method: FixedStep, steps: int, rows: int = 1) -> Array:
-        """What a method leaves that makes so many steps over so many rows, shape (7, n)."""
+        """Return the error of a method with `steps` steps per `rows` rows, shape (7, n)."""
         y = self._states[:, :-rows:rows]
         with np.errstate(all="ignore"):
             for _ in range(steps):

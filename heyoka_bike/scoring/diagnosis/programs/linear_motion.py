@@ -1,9 +1,9 @@
-"""Motions of the linearised equations, with the columns that a program of these may write.
+"""Motions of the linearised equations, and the columns that a program with these may write.
 
-With q = (roll, steer), M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 at constant speed v: what most
-people write first for this bicycle, and right as such. Roll and its rate are the same in every
-definition to first order. Energies are of second order, and programs compute them in several ways:
-they are not compared.
+With q = (roll, steer), M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 at constant speed v. Most people
+write these equations first for this bicycle, and they are correct in themselves. To first order,
+roll and its rate are the same in every definition. Energies are of second order and are computed in
+several ways, so they are not compared.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,23 +23,23 @@ from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Terms
 def linear_columns(
     bicycle: Bicycle, start: Sequence[float], time: Array, terms: Terms | None = None
 ) -> dict[str, Array]:
-    """Columns of the linear motion.
+    """Compute the columns of a linear motion.
 
     Parameters
     ----------
     bicycle : Bicycle
-        Any parameters, sensible or not.
+        Any parameters, plausible or not.
     start : (roll, pitch, steer, roll rate, steer rate, speed)
-        At t = 0 [rad, rad/s, m/s].
+        Initial state at t = 0 [rad, rad/s, m/s].
     time : ndarray, shape (n,)
         Ascending, from 0 on [s].
     terms : Terms
-        Of the equations; by default the right ones.
+        Terms of the equations; by default the correct ones.
 
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        As `Simulator.run` has them; NaN where nothing can be computed, and of the energies.
+        The columns of `Simulator.run`. Energies, and columns that cannot be computed, are NaN.
     """
     p = {s: float(x) for s, x in bicycle.values.items()}
     roll, _, steer, roll_rate, steer_rate, speed = start
@@ -67,7 +67,7 @@ def _yaw(p: Mapping[str, float], speed: float) -> Array:
 
 
 def _first_order(m: Sequence[Any], p: Mapping[str, float], speed: float, terms: Terms) -> Array:
-    """The system's matrix, over roll, steer, their rates and yaw."""
+    """The matrix of the first-order system in roll, steer, their rates and yaw."""
     mass, c1, k0, k2 = (np.array(x, dtype=float) for x in m)
     c1, k0, k2 = (
         np.zeros((2, 2)) if power is None else base**power * x
@@ -86,7 +86,7 @@ def _first_order(m: Sequence[Any], p: Mapping[str, float], speed: float, terms: 
 def _propagate(a: Array, start: Array, time: Array) -> Array:
     """States at some times, shape (5, n), by the eigenvalues and eigenvectors of the matrix.
 
-    A matrix that has too few of them is one of rounding errors: none here has.
+    Rounding makes all eigenvalues distinct, so the matrix has enough eigenvectors.
     """
     values, vectors = np.linalg.eig(a)
     with np.errstate(over="ignore", invalid="ignore"):

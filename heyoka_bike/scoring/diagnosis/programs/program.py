@@ -1,9 +1,10 @@
-"""A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes.
+"""Model of a program: its bicycle, its initial conditions, its clock and its output.
 
-A start that breaks the rolling constraints cannot be followed. Programs that enforce constraints at
-velocity level replace it by the admissible velocities that are nearest in kinetic energy, as an
-impulse of the constraint forces would: with the Jacobian J of the body velocities over roll rate,
-steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as it is.
+Initial velocities that violate rolling cannot be simulated. Programs that enforce constraints at
+velocity level replace them with the admissible velocities that are nearest in kinetic energy. An
+impulse of the constraint forces has the same effect: u = (J^T M J)^-1 J^T M v, with the Jacobian J
+of the body velocities v with respect to roll rate, steer rate and speed. Admissible velocities do
+not change.
 """
 
 from __future__ import annotations
@@ -41,22 +42,23 @@ NAMES = (
     "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy", "rotation_energy_of_wheels",
     *(f"{x}_energy_of_{body}" for x in ("kinetic", "potential", "rotation") for body in "RBHF"),
 )  # fmt: skip
-"""Names of the columns that are computed of a motion."""
+"""Names of the columns that are computed for a motion."""
 
 Parameters = dict[str, float]
-"""Of a bicycle, by symbol [SI]."""
+"""Parameters of a bicycle, by symbol [SI]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """Powers of the speed or of gravity with which the matrices of linear equations enter.
+    """Powers of speed and gravity that multiply the matrices of the linear equations.
 
-    None if it is left out; see `linear`.
+    None for a matrix that is left out; see `linear`.
 
     Attributes
     ----------
     c1, k0, k2
-        Powers of the speed, of gravity, of the speed.
+        Power of the speed that multiplies C1, of gravity that multiplies K0, and of the speed that
+        multiplies K2.
     """
 
     c1: int | None = 1
@@ -80,17 +82,17 @@ class Start:
     speed, roll_rate
         [m/s], [rad/s]
     rolling
-        Bodies that get the roll rate.
+        Bodies that start with the roll rate.
     spinning
-        Wheels that start rolling; others only move along.
+        Wheels that start with spin; other wheels only translate.
     about_centre
-        True if the roll is about the line through the centre of mass, not on the ground.
+        True if the roll is about a line through the centre of mass, not about one on the ground.
     speed_of_centre
-        True if the speed is the magnitude of the centre of mass's velocity, not the hub's.
+        True if the speed is that of the centre of mass, not that of the rear hub.
     falling
-        True if the centres of mass move sideways, as the roll makes them.
+        True if the centres of mass start with the sideways velocities that belong to the roll rate.
     steer_rate
-        Of fork and front wheel against the rear frame, as rolling allows it [rad/s].
+        Added to the steer rate that rolling requires [rad/s].
     added
         Changes of the state that follows: pairs of an index in `INITIAL_STATE` and a change [SI].
     """
@@ -114,11 +116,11 @@ class Motion:
     ----------
     bicycle : Bicycle
     starts
-        Of each maneuver, by number.
+        Initial conditions by number of the maneuver.
     amounts
-        By name, each once: of forces, and of terms that the equations are without, see `forces`.
+        Pairs of name and coefficient, for additional forces and for missing terms, see `forces`.
     linear : Terms or None
-        Of the equations linearised about the upright straight motion; None if they are not.
+        Terms of the linearised equations; None for the nonlinear equations.
     """
 
     bicycle: Bicycle
@@ -129,7 +131,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A program: the motion that it computes, and its edits of the rows that it writes.
+    """A program: the motion that it computes, and the edits of its output.
 
     Attributes
     ----------
@@ -149,28 +151,28 @@ class Program:
         return replace(self, edits=(*self.edits, edit))
 
     def clock(self, time: Array, step: float) -> Array:
-        """Return the times meant by those written, not before 0."""
+        """Return the times of the motion for the written times, at least 0 [s]."""
         return meant_times(self.edits, time, step)
 
     def written(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns that it writes, from those of its motion, at the written times."""
+        """Return the columns that the program writes, from the columns of its motion."""
         return written(self.edits, columns, time)
 
 
 @dataclass(frozen=True, slots=True)
 class FittedValue:
-    """A value that explains a file.
+    """A fitted value that explains a file.
 
     Attributes
     ----------
     name
-        A parameter, a force, or ``initial_`` and what of the start it is.
+        A parameter, a force, or ``initial_`` and a member of `INITIAL_STATE`.
     maneuver
-        Whose start it is, or None.
+        Number of the maneuver for an initial value; otherwise None.
     value, right
-        Found, and in the correct program [SI].
+        The fitted value, and the value in the correct program [SI].
     uncertain
-        A further change by so much would leave twice the error [SI].
+        A further change by this amount would double the remaining error [SI].
     """
 
     name: str
@@ -181,27 +183,27 @@ class FittedValue:
 
     @property
     def key(self) -> str:
-        """Name of the change, as `changed` has it."""
+        """Name of the change for `changed`."""
         return self.name if self.maneuver is None else f"{self.name}_{self.maneuver}"
 
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """What a program does otherwise than the right one.
+    """A difference of a program from the correct one.
 
     Attributes
     ----------
     code
         Stable name.
     says
-        One sentence: what the program does.
+        A clause for messages: what the program does.
     check
-        The place to look at in one's own program.
+        The place to check in the user's program.
     kind
-        ``model``, ``start`` or ``output``, or ``method`` of one that follows the right equations
-        by an integrator of its own; all but ``output`` change the motion.
+        ``model``, ``start``, ``output``, or ``method`` for an integrator of the correct equations.
+        All kinds but ``output`` change the motion.
     change
-        Makes it.
+        Function from a program to the program with this difference.
     """
 
     code: str
@@ -212,38 +214,38 @@ class Cause:
 
     @property
     def found(self) -> tuple[FittedValue, ...]:
-        """Values that were found in the file, if the cause is nothing else."""
+        """The fitted values, if the cause consists of these; otherwise empty."""
         return ()
 
     @property
     def fitted(self) -> int:
-        """How many numbers were fitted to the file."""
+        """Number of values that were fitted to the file."""
         return len(self.found)
 
     @property
     def changes(self) -> dict[str, float]:
-        """Differences of the values found from the right ones, as `changed` takes them."""
+        """Differences between fitted and correct values, as an argument of `changed`."""
         return {x.key: x.value - x.right for x in self.found}
 
 
 @dataclass(frozen=True, slots=True)
 class Mistake(Cause):
-    """One usual mistake."""
+    """A usual mistake from the library."""
 
 
 @dataclass(frozen=True, slots=True)
 class OtherScale(Cause):
-    """Times on a scale that was fitted to the file."""
+    """Times multiplied by a scale that was fitted to the file."""
 
     @property
     def fitted(self) -> int:
-        """One: the scale."""
+        """Return 1, because one value was fitted: the scale."""
         return 1
 
 
 @dataclass(frozen=True, slots=True)
 class FittedValues(Cause):
-    """Parameters, forces or starts of other values, fitted to the file.
+    """Parameters, forces or initial conditions with values that were fitted to the file.
 
     Attributes
     ----------
@@ -254,20 +256,20 @@ class FittedValues(Cause):
 
     @property
     def found(self) -> tuple[FittedValue, ...]:
-        """The values."""
+        """The fitted values."""
         return self.values
 
 
 @dataclass(frozen=True, slots=True)
 class NumericalMethod(Cause):
-    """The right equations, integrated by a method with a fixed step.
+    """The correct equations, integrated by a method with a fixed step.
 
     Attributes
     ----------
     method
-        Its name.
+        Name of the method.
     step
-        [s], fitted to the file.
+        Step that was fitted to the file [s].
     """
 
     method: str
@@ -275,39 +277,39 @@ class NumericalMethod(Cause):
 
     @property
     def fitted(self) -> int:
-        """One: the step."""
+        """Return 1, because one value was fitted: the step."""
         return 1
 
 
 def apply(program: Program, mistakes: Iterable[Cause]) -> Program:
-    """A program that makes all of the mistakes."""
+    """Return the program with all of the mistakes."""
     for mistake in mistakes:
         program = mistake.change(program)
     return program
 
 
 def differences(one: Program, other: Program) -> set[str]:
-    """Names of the parameters, forces and terms in which two programs differ."""
+    """Return the names of the parameters, forces and terms in which two programs differ."""
     a, b = ({**p.motion.bicycle.values, **dict(p.motion.amounts)} for p in (one, other))
     return {name for name in a.keys() | b.keys() if a.get(name) != b.get(name)}
 
 
 def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
-    """Roll, pitch, steer, roll rate, steer rate [rad, rad/s] and speed [m/s] of a start.
+    """Compute roll, pitch, steer, roll rate, steer rate [rad, rad/s] and speed [m/s] at t = 0.
 
     Parameters
     ----------
     bicycle : Bicycle
-        Any parameters, sensible or not.
+        Any parameters, plausible or not.
     start : Start
 
     Raises
     ------
     ZeroDivisionError
-        One half has neither mass nor inertia.
+        One half of the bicycle has neither mass nor inertia.
     """
     m, length = _upright(tuple(bicycle.values.items()))
-    # Of a unit roll rate.
+    # Sideways velocities of the centres of mass with a unit roll rate.
     sideways = {b: m.units[0][f"v_{b}"][1] for b in BODIES}
     centre = sum(m.masses[b] * sideways[b] for b in BODIES) / sum(m.masses.values())
     speed = start.speed
@@ -331,17 +333,17 @@ def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
 
 
 ParameterValues = tuple[tuple[str, Exact], ...]
-"""Parameters of a bicycle."""
+"""Parameters of a bicycle, as pairs of symbol and value."""
 
 
 @lru_cache(512)
 def equations_of(values: ParameterValues) -> Equations:
-    """The equations of a bicycle with any parameters, in binary64.
+    """Return the equations of a bicycle with any parameters, in binary64.
 
     Raises
     ------
     ZeroDivisionError
-        One half has neither mass nor inertia.
+        One half of the bicycle has neither mass nor inertia.
     """
     return Equations.of(Bicycle("", dict(values)), Arrays())
 
@@ -355,7 +357,7 @@ def _upright(values: ParameterValues) -> tuple[Moving, float]:
 
 
 def beginning(program: Program, number: int) -> tuple[float, ...]:
-    """The state in which a maneuver begins, see `INITIAL_STATE`, with both wheels on the floor."""
+    """Return a maneuver's initial state (`INITIAL_STATE`) with both wheels on the floor."""
     bicycle = program.motion.bicycle
     roll, pitch, steer, *rates = initial_state(bicycle, program.motion.starts[number])
     if steer != 0.0:
@@ -367,13 +369,13 @@ def beginning(program: Program, number: int) -> tuple[float, ...]:
 def model_mistake(
     code: str, says: str, check: str, change: Callable[[Parameters], None]
 ) -> Mistake:
-    """A mistake in the parameters: `change` alters them in place."""
+    """Make a mistake in the parameters; `change` alters them in place."""
 
     def make(program: Program) -> Program:
         values = program.motion.bicycle.values
         p = {s: float(x) for s, x in values.items()}
         change(p)
-        # Not checked: what mistaken programs compute with need not make sense.
+        # The parameters are not checked: mistaken programs may compute with meaningless values.
         altered = {s: Exact(Fraction(x)) for s, x in p.items() if x != float(values[s])}
         name = program.motion.bicycle.name
         return program.moving(bicycle=Bicycle(name, {**values, **altered}))
@@ -382,7 +384,7 @@ def model_mistake(
 
 
 def start_mistake(code: str, says: str, check: str, change: Callable[[Start], Start]) -> Mistake:
-    """A mistake in the start of every maneuver."""
+    """Make a mistake in the initial conditions of every maneuver."""
 
     def make(program: Program) -> Program:
         starts = program.motion.starts
@@ -394,7 +396,7 @@ def start_mistake(code: str, says: str, check: str, change: Callable[[Start], St
 def output_mistake(
     code: str, says: str, check: str, change: Change, stage: Stage = Stage.FROM_COLUMNS
 ) -> Mistake:
-    """A mistake in what is written of a right motion."""
+    """Make a mistake in the output of a correct motion."""
     edit = Rewritten(change, stage)
     return Mistake(code, says, check, "output", lambda p: p.edited(edit))
 
@@ -402,12 +404,12 @@ def output_mistake(
 def clock_mistake(
     code: str, says: str, check: str, *, scale: float = 1.0, shift: float = 0.0
 ) -> Mistake:
-    """A mistake in the times of the rows."""
+    """Make a mistake in the times of the rows."""
     return Mistake(code, says, check, "output", _other_clock(scale, shift))
 
 
 def fitted_scale(code: str, says: str, check: str, scale: float) -> OtherScale:
-    """Times on another scale, which was fitted to the file."""
+    """Make the cause of times with a scale that was fitted to the file."""
     return OtherScale(code, says, check, "output", _other_clock(scale, 0.0))
 
 
@@ -420,9 +422,9 @@ _INITIAL = "initial_"
 
 
 def changed(program: Program, changes: Mapping[str, float]) -> Program:
-    """The program with changes of parameters, forces and starts added, by name [SI].
+    """Return the program with changes of parameters, forces and initial values, by name [SI].
 
-    A start's is ``initial_``, what of it, and the number of the maneuver: initial_roll_rate_2.
+    The name of an initial value includes the number of the maneuver: ``initial_roll_rate_2``.
     """
     values, starts = dict(program.motion.bicycle.values), dict(program.motion.starts)
     amounts = dict(program.motion.amounts)
@@ -443,7 +445,7 @@ def changed(program: Program, changes: Mapping[str, float]) -> Program:
 
 
 def _of_start(name: str) -> tuple[int, int]:
-    """Place in the state, and number of the maneuver."""
+    """Index in `INITIAL_STATE`, and number of the maneuver, of an initial value's name."""
     what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
     return INITIAL_STATE.index(what), int(number)
 
@@ -451,7 +453,7 @@ def _of_start(name: str) -> tuple[int, int]:
 def other_values(
     changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
 ) -> FittedValues:
-    """A program with parameters, forces and starts of other values than the right one."""
+    """Make the cause of changed parameters, forces and initial values."""
     p = {symbol: float(x) for symbol, x in program.motion.bicycle.values.items()}
     found, kind = [], "model"
     for name, change in changes.items():

@@ -1,10 +1,10 @@
-"""Trajectories of any bicycle in binary64, of many programs at once, by NumPy alone.
+"""Simulation of any bicycle in binary64, for many programs at once, with NumPy only.
 
-The state is a polynomial over each of equal intervals, which obeys the equations at Gauss's points
-(collocation, of twice as high an order at the ends; it damps what is fast and needs no small
-steps). Each variable, and each constant of the equations, is an array with an entry for each
-motion. The regular form is used, whose state is roll, pitch, steer, roll rate, steer rate, the rear
-wheel's rolling rate and yaw.
+On each of many equal intervals the state is a polynomial that satisfies the equations at Gauss
+points (collocation). The order is twice as high at the ends of the intervals. Fast modes are
+damped, so no small steps are needed. Each variable, and each constant of the equations, is an array
+with an entry for each motion. The state of the regular form is roll, pitch, steer, roll rate, steer
+rate, the rear wheel's rolling rate and yaw.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -27,34 +27,37 @@ from heyoka_bike.scoring.diagnosis.programs.forces import TENSORS, Moving, dot, 
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES, ParameterValues, equations_of
 from heyoka_bike.system.resources import benchmark_bicycle
 
-# So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
-# as long ones leave as much in twice the time. The shorter ones are for motions that these lose: a
-# steer axis may swing round within some hundredths of a second.
+# Number of Gauss points per interval, and lengths of intervals [s]. With the first length the error
+# of the benchmark's motions is 1e-13; 12 points in intervals of half this length give the same in
+# twice the time. The second length is for motions that do not converge with the first: a steer axis
+# may swing round within some hundredths of a second.
 _GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
-# Newton's iterations on an interval, and the last change, in parts of the state: the next one would
-# be a millionth of it.
+# Maximum number of Newton iterations on an interval, and the relative change at which they end. The
+# next change would be a millionth of it.
 _MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
-# Motions that do not converge to this have met a singularity.
+# Motions whose last change exceeds this have met a singularity.
 _PART_LOST = 1e-6
-# An interval may go so many times as far as the one before.
+# Use an extrapolated first guess only if the state then changes by less than this many times the
+# change in the last interval.
 _FARTHER = 3.0
 _STATE_LENGTH = 7
-# Motions that are stepped together: more no longer fit into the processor's cache.
+# Number of motions that are simulated together; more would not fit into the processor's cache.
 _MOTIONS_AT_ONCE = 48
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MotionRequest:
-    """A motion that is asked for.
+    """A request to simulate a motion.
 
     Attributes
     ----------
     bicycle : Bicycle
-        Any parameters, sensible or not.
+        Any parameters, plausible or not.
     start : (roll, pitch, steer, roll rate, steer rate, speed)
-        At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
+        Initial state at t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the
+        heading.
     time : ndarray, shape (n,)
-        From 0 on [s].
+        Times of the rows, from 0 on [s].
     amounts
         Coefficients of `forces.FORCES` and `forces.TENSORS` [SI].
     """
@@ -66,14 +69,14 @@ class MotionRequest:
 
 
 _Constants = tuple[Array, float]
-"""Of the equations, and the unit of length [m]."""
+"""Constants of the equations, and the unit of length [m]."""
 
 
 class Simulator:
-    """Motions of bicycles, each with its columns."""
+    """Simulator of motions; states that were computed are kept for later requests."""
 
     def __init__(self) -> None:
-        # Equations of which only matters what constants there are.
+        # A template: its constants are replaced with those of other bicycles.
         self._any = Equations.of(read_bicycle(benchmark_bicycle()), Arrays())
         self._known: dict[object, Array] = {}
 
@@ -81,28 +84,28 @@ class Simulator:
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
         amounts: Mapping[str, float] | None = None,
     ) -> dict[str, Array]:  # fmt: skip
-        """Columns of a motion as far as it goes, see `MotionRequest`.
+        """Simulate a motion and return its columns; see `MotionRequest` for the parameters.
 
         Returns
         -------
         dict of str to ndarray, shape (n,)
             Every column of `columns.COLUMNS` and `FOLLOWING`, and parts of the energies [J]:
-            ``spin_energy``, of the wheels about their axles, also of each of them,
-            ``rotation_energy``, of the angular velocities of all bodies, of the wheels and of each
-            body, spin included, and the kinetic and potential energy of each body; NaN from where
-            the motion meets a singularity, or everywhere if the bicycle has no motion.
+            ``spin_energy`` (rotation of the wheels about their axles, also for each wheel),
+            ``rotation_energy`` (rotation of all bodies, of both wheels, and of each body, including
+            spin), and the kinetic and potential energy of each body. The values are NaN after the
+            motion meets a singularity, or everywhere if the bicycle has no motion.
         """
         return self.run_all([MotionRequest(bicycle, start, time, amounts or {})])[0]
 
     def run_all(
         self, motions: Sequence[MotionRequest], deadline: Deadline = NEVER
     ) -> list[dict[str, Array]]:
-        """Return the columns that `run` has of each motion, in less time.
+        """Simulate several motions together, which is faster; see `run`.
 
         Raises
         ------
         BudgetSpentError
-            The time is spent before all are known.
+            The time limit is reached before all motions are simulated.
         """
         constants = self._integrate(motions, deadline)
         found = []
@@ -116,14 +119,15 @@ class Simulator:
     def _integrate(
         self, motions: Sequence[MotionRequest], deadline: Deadline
     ) -> list[_Constants | None]:
-        """Make the states of motions known; return the constants of their equations."""
+        """Compute and store the states of motions; return the constants of their equations."""
         constants = [_constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [_key(m) for m in motions]
         new: dict[object, tuple[MotionRequest, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is not None and key not in self._known:
                 new[key] = m, c
-        # Those of other equations take longer, and longest where tensors do not turn.
+        # Simulate equations of one kind together: additional forces take longer, and tensors that
+        # do not turn take longest.
         kinds = {
             k: bool(m.amounts) + any(x in TENSORS for x in m.amounts) for k, (m, _) in new.items()
         }
@@ -140,21 +144,21 @@ class Simulator:
         return constants
 
     def _states(self, motion: MotionRequest, time: Array) -> Array:
-        """States of a motion that is known at some times [s] to its end, shape (7, n)."""
+        """States of a simulated motion at some times up to its end [s], shape (7, n)."""
         return _at(self._known[_key(motion)], time, _intervals(motion))
 
     def run_near(
         self, groups: Sequence[Sequence[MotionRequest]], deadline: Deadline = NEVER
     ) -> list[list[dict[str, Array]]]:
-        """Return the columns of the first motion of each group, and of the others, near it.
+        """Simulate the first motion of each group, and the others of the group, which are near it.
 
-        Those differ by next to nothing, and are found to first order in the difference, in a small
-        part of the time.
+        The others must hardly differ from the first. They are computed to first order in the
+        difference, in a small fraction of the time.
 
         Raises
         ------
         BudgetSpentError
-            As of `run_all`.
+            As in `run_all`.
         """
         first = self.run_all([motion for motion, *_ in groups], deadline)
         return [
@@ -163,13 +167,13 @@ class Simulator:
         ]
 
     def followed(self, motion: MotionRequest, time: Array) -> tuple[Equations, Array]:
-        """Equations of a motion, and its states at some times [s] to its end, shape (7, n)."""
+        """Return the equations of a motion, and its states at times up to its end [s], (7, n)."""
         (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
         return self._with(constants[0]), self._states(motion, time)
 
     def differences(self, motion: MotionRequest, each: Iterable[Array]) -> list[dict[str, Array]]:
-        """What the columns of a motion differ by if its states do by each of these, (7, n)."""
+        """Return the changes of a motion's columns for each change of its states, shape (7, n)."""
         (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
         states = self._states(motion, motion.time)
@@ -184,7 +188,7 @@ class Simulator:
         *others: MotionRequest,
         deadline: Deadline,
     ) -> Iterator[dict[str, Array]]:
-        """Columns of motions near one that is known."""
+        """Columns of motions near a simulated one."""
         values = [tuple(m.bicycle.values.items()) for m in (motion, *others)]
         constants = [c for c in map(_constants, values) if c is not None]
         if len(constants) <= len(others):
@@ -212,7 +216,7 @@ class Simulator:
     def _side_by_side(
         self, asked: Sequence[tuple[MotionRequest, _Constants]]
     ) -> tuple[Equations, dict[str, Array], Array]:
-        """Equations, amounts and starts, shape (7, motions), of several motions."""
+        """Equations, coefficients and initial states, shape (7, motions), of several motions."""
         names = sorted({name for m, _ in asked for name in m.amounts})
         amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
         starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
@@ -222,7 +226,7 @@ class Simulator:
     def _columns(self, motion: MotionRequest, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
-        # A motion that meets a singularity may become very fast.
+        # A motion near a singularity may become very fast, and overflow.
         with np.errstate(all="ignore"):
             made = dict(equations.columns(list(states)))
             return made | following(made, p) | _energies(equations, states)
@@ -245,7 +249,7 @@ def _constants(values: ParameterValues) -> _Constants | None:
     try:
         equations = equations_of(values)
     except ZeroDivisionError:
-        # Without any mass or inertia of one half.
+        # One half of the bicycle has neither mass nor inertia.
         return None
     equations.convert(lambda x: found.append(float(x)), equations.a)
     return np.array(found), float(equations.k.length)
@@ -253,7 +257,7 @@ def _constants(values: ParameterValues) -> _Constants | None:
 
 @cache
 def _points() -> tuple[Array, ...]:
-    """Gauss's points in 0 to 1, integrals of their Lagrange polynomials to them, and to 1."""
+    """Gauss points in 0 to 1, and integrals of their Lagrange polynomials to each and to 1."""
     x = np.asarray(leggauss(_GAUSS_POINTS)[0], np.float64)
     basis = np.linalg.inv(chebvander(x, _GAUSS_POINTS - 1))
     integrals = chebint(np.eye(_GAUSS_POINTS), lbnd=-1, scl=0.5)
@@ -264,18 +268,18 @@ def _points() -> tuple[Array, ...]:
 
 @cache
 def _through() -> Array:
-    """From values at the beginning and the points to Chebyshev's coefficients."""
+    """Matrix from values at the beginning and the points to Chebyshev coefficients."""
     inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
     return np.asarray(inverse, np.float64)
 
 
 def _basis(place: Array) -> Array:
-    """Chebyshev's polynomials at places of an interval, 0 to 1."""
+    """Chebyshev polynomials at places of an interval, 0 to 1."""
     return np.asarray(chebvander(2 * place - 1, _GAUSS_POINTS), np.float64)
 
 
 def _intervals(motion: MotionRequest) -> int:
-    """Return the number of long intervals to the end."""
+    """Return the number of intervals of the first length up to the end of a motion."""
     return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
 
 
@@ -283,7 +287,10 @@ def _nodal_states(
     equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float,
     deadline: Deadline,
 ) -> Array:  # fmt: skip
-    """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
+    """Simulate motions; states at the beginning and the Gauss points of each interval.
+
+    The shape is (intervals, 1 + points, 7, motions).
+    """
     x, integral, whole = _points()
     n = start.shape[1]
     found = np.full((count, _GAUSS_POINTS + 1, _STATE_LENGTH, n), np.nan)
@@ -299,7 +306,7 @@ def _nodal_states(
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
                     n, len(identity), len(identity)
                 )
-                # A motion that has ended stays where it is.
+                # A motion that has ended no longer changes.
                 good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=(0, 1))
                 matrix[~good] = identity
                 change = _solved(matrix, left.reshape(-1, n))
@@ -313,11 +320,11 @@ def _nodal_states(
             if is_lost.all():
                 break
             found[i] = np.concatenate([y[None], guess])
-            # The rates at the points, by the last slopes.
+            # Rates at the points after the last change, to first order.
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
-            # Of a motion with kinks a polynomial goes anywhere.
+            # The polynomial of a motion with kinks may extrapolate to anywhere.
             change, before = (np.max(np.abs(x - y), (0, 1)) for x in (guess, found[i]))
             guess = np.where(change < _FARTHER * before, guess, y)
     return found
@@ -326,10 +333,10 @@ def _nodal_states(
 def _nodes_nearby(
     equations: Equations, amounts: Mapping[str, Array], starts: Array, nodes: Array, duration: float
 ) -> Array:
-    """States of motions near one, shape (intervals, 1 + points, 7, motions), to first order.
+    """States of motions near one, to first order, shape (intervals, 1 + points, 7, motions).
 
-    The equations of all: of the one whose states are `nodes`, then of those nearby, which start
-    elsewhere by `starts`, shape (7, motions).
+    `equations` and `amounts` are those of the motion with the states `nodes`, then those of the
+    motions nearby. `starts` has the differences of their initial states, shape (7, motions).
     """
     _, integral, whole = _points()
     count, h = len(nodes), duration / len(nodes)
@@ -360,7 +367,7 @@ def _nodes_nearby(
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Solutions, shape (unknowns, motions), from matrices; NaN where one is singular."""
+    """Solve a system for each motion, shape (unknowns, motions); NaN for singular matrices."""
     try:
         found = np.asarray(np.linalg.solve(matrix, right.T[..., None])[..., 0].T, np.float64)
     except np.linalg.LinAlgError:
@@ -376,20 +383,21 @@ def _rates(
     equations: Equations, amounts: Mapping[str, Array], states: Array
 ) -> tuple[Array, Array]:
     """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
-    # The yaw drives nothing but what stays as it was at the start.
+    # The derivatives by the yaw are needed only for forces in ground axes, and for inertia that
+    # keeps its initial direction.
     shifts = SMALL_STEP * np.concatenate(
         [np.zeros((_STATE_LENGTH, 1)), np.eye(_STATE_LENGTH)], axis=1
     )
     y = list(np.moveaxis(states, 1, 0)[:, None] + shifts[:, :, None, None])
     made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
     f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
-    # (points, of, by, motions)
+    # Axes: point, component of the rates, component of the state, motion.
     slopes = ((f[:, 1:] - f[:, :1]) / SMALL_STEP).transpose(2, 0, 1, 3)
     return np.moveaxis(f[:, 0], 0, 1), slopes
 
 
 def _at(nodes: Array, time: Array, refinement: int) -> Array:
-    """States at some times, shape (7, times), from those of intervals (intervals, points, 7)."""
+    """Interpolate states at some times, shape (7, times), from (intervals, points, 7)."""
     place = time / (_INTERVALS[0] * refinement) * len(nodes)
     i = np.clip(place.astype(int), 0, len(nodes) - 1)
     weights = _basis(place - i) @ _through()
@@ -398,7 +406,7 @@ def _at(nodes: Array, time: Array, refinement: int) -> Array:
 
 
 def _energies(equations: Equations, states: Array) -> dict[str, Array]:
-    """Parts of the energies [J]."""
+    """Compute the parts of the energies [J]."""
     m = Moving(equations, list(states))
     points, rear, front = Points.of(m.b, m.axes), m.b.rear, m.b.front
     centres = {

@@ -1,1 +1,1 @@
-"""The file's own motion in the exact equations, and what remains: which force is missing."""
+"""Residual of the exact equations along the file's own motion, which shows missing forces."""

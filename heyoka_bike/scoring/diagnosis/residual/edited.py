@@ -1,9 +1,10 @@
 """Find an offset or a ratio of a column that occurs together with a wrong parameter.
 
 Each alone explains little of the residual, so a search for one cause finds neither. The offset
-(`zero`) and the ratio of each column of the motion are further unknowns of the equations, with the
-parameters. An edit is undone only if it and one parameter together reduce the residual by far, and
-neither does so alone. The rows without it are then diagnosed, and that diagnosis names the value.
+(`zero`) and the ratio of each column of the motion are further unknowns of the equations, in
+addition to the parameters. An edit is undone only if it and one parameter together reduce the
+residual by a large factor, and neither does so alone. The rows without the edit are then diagnosed,
+and that diagnosis reports the parameter.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,9 +35,9 @@ from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 _ZERO, _RATIO = "zero ", "ratio "
-# Edits, and as many values, that are refined alone; each is then tried with its best partner.
+# Number of edits, and of values, that are refined alone; each is then tried with its best partner.
 _ALONE = 2
-# Pairs of an edit and a value that are tried because they explain most to first order.
+# Number of pairs of an edit and a value that are refined: those that explain most to first order.
 _PAIRS = 4
 
 
@@ -49,7 +50,7 @@ class _Edited:
     parts : sequence of Part
     understood : mapping of str to Understanding
     program : Program
-        The right one.
+        The correct program.
     deadline : Deadline
     """
 
@@ -110,12 +111,12 @@ class _Edited:
         return linearised(*self._problem(names, x))
 
     def refined(self, names: Sequence[str], x: Array) -> tuple[Array, float]:
-        """Return the values that leave least, and the geometric mean of what is left."""
+        """Return the values with the least residual, and its geometric mean."""
         found, b = gauss_newton(*self._problem(names, x))
         return found, b.left
 
     def _problem(self, names: Sequence[str], x: Array) -> tuple[Errors, Array, Array, Array]:
-        """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
+        """Return errors, values, their sizes and the floors: the arguments of `linear_fits`."""
         right = self.residual({})
         assert right is not None
         bicycle = self.program.motion.bicycle
@@ -135,7 +136,7 @@ def edit_beside_a_value(
     Raises
     ------
     BudgetSpentError
-        The time is spent.
+        The time limit is reached.
     """
     asked = _Edited(parts, understood, program, deadline)
     right = asked.residual({})
@@ -165,8 +166,9 @@ def edit_beside_a_value(
     best_alone = min(ones, default=start.left)
     found = []
     for pair in sorted(promised, key=lambda p: promised[p])[:_PAIRS]:
-        # A pair that is to be ten times better must promise it to first order. Pairs in three files
-        # promised 57 to 3,200 times; the best of an integrator's error (ode-default), 1.3 times.
+        # To first order, a pair must be ten times better than the best edit or value alone. Pairs
+        # in three files were 57 to 3,200 times better, and the best pair for an integrator's error
+        # (ode-default) 1.3 times.
         if CLEARLY * promised[pair] < best_alone:
             names = sorted(pair, key=_is_edit, reverse=True)
             x, left = asked.refined(names, np.zeros(2))
@@ -174,11 +176,11 @@ def edit_beside_a_value(
     if not found:
         return None
     left, name, size = min(found)
-    # A pair must be ten times better than one alone. For errors of integrators it is up to 2.5
-    # times better, with a relief of 7.
+    # After refinement, a pair must be ten times better than an edit or value alone. For errors of
+    # integrators it is up to 2.5 times better, and reduces the residual by a factor of 7.
     is_both = CLEARLY * left < best_alone
     gain = start.left / left
-    if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.nearly)):
+    if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.direction_factor)):
         return None
     kind, key = name.split(" ")
     by, more = (1.0, size) if f"{kind} " == _ZERO else (1.0 + size, 0.0)

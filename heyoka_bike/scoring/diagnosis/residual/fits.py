@@ -1,4 +1,4 @@
-"""Values of parameters, forces and starts that explain an error: of the equations, or of runs."""
+"""Fits of parameters, forces and initial values to the residual of the equations or to runs."""
 
 from __future__ import annotations
 
@@ -31,35 +31,37 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 SPLIT = 4
-"""Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
+"""Number of parts of a run whose errors have different sizes: the error of a wrong value grows."""
 
-COUNTS = tuple(range(1, THRESHOLDS.max_answers + 1))
-"""Of how many values together are found."""
+COUNTS = tuple(range(1, THRESHOLDS.max_values + 1))
+"""Numbers of values that are fitted together."""
 
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
-"""From a program, and others near it, to the blocks of the error that each leaves."""
+"""Function from a program, and others near it, to the blocks of the error that each leaves."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fits:
-    """Programs with other values than the right one, and what they leave of an error.
+    """Fits of programs with changed values to an error.
 
     Attributes
     ----------
     right : Program
+        The correct program.
     leaves
-        From programs to the blocks of the error that each leaves.
+        Function from programs to the blocks of the error that each leaves.
     floors : ndarray, shape (B,)
-        What cannot be seen of each block.
+        Resolution limit of each block.
     maneuvers
-        Number of maneuvers: each has some independent values.
+        Number of maneuvers, which determines the number of independent values.
     promise
-        Values whose relief to first order, to this power, is too small are not refined.
+        Exponent of the gain to first order that gives the gain expected after refinement. Values
+        with too small an expected gain are not refined.
     split
-        Number of blocks, one after the other in time, into which each column is split.
+        Number of successive parts of the run into which each column is split.
     needed
-        Each value must let the error fall by so much, or explains nothing: those that to first
-        order, to the power that large changes need, do not are not refined.
+        Factor by which each value must reduce the error. Values that cannot do so by their gain to
+        first order are not refined.
     """
 
     right: Program
@@ -82,11 +84,28 @@ class Fits:
         counts: Collection[int] = COUNTS,
         groups: Sequence[Sequence[str]] = (),
     ) -> tuple[Hypothesis, ...]:
-        """The fewest values that are likelier than fewer are, and than `least`; best first.
+        """Find as few values as possible that explain the error; best hypothesis first.
 
-        Of one, two and three names, or as many of them as `counts` says, those subsets that explain
-        most to first order, or some that are begun with, until one is enough; then those `groups`
-        of names that explain most, and the best with further ones beside it.
+        The subsets of one, two and three names (or `counts`) that explain most to first order are
+        refined, or those in `begun` instead, until one `is_enough`. Then the best `groups` of names
+        are tried, and at last the best subset with further values.
+
+        Parameters
+        ----------
+        names
+            Unknowns that may be fitted.
+        judged
+            Makes hypotheses of fitted values.
+        is_enough
+            Returns True if a hypothesis ends the search.
+        least
+            Hypotheses with lower log odds are dropped.
+        begun
+            Initial values of subsets that are fitted instead of the likely ones.
+        counts
+            Numbers of values that are fitted together.
+        groups
+            Subsets of names that usually change together.
         """
         best: list[Hypothesis] = []
 
@@ -94,7 +113,7 @@ class Fits:
             return not best or not is_enough(best[0])
 
         def add(several: Iterable[Mapping[str, float]]) -> bool:
-            """Judge what is refined; true if something is better."""
+            """Refine and judge subsets; return True if one is better than the best so far."""
             before = best[0] if best else None
             found = [h for changes in several for h in judged(self._refined(changes))]
             for h in found:
@@ -113,7 +132,7 @@ class Fits:
         while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
-        # Further values explain more always.
+        # Further values always explain more. Drop subsets that hardly gain by them.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
     def first_order(self, names: Sequence[str]) -> Blocks:
@@ -121,32 +140,35 @@ class Fits:
         return self._first_order(dict.fromkeys(names, 0.0))
 
     def first_order_gain(self, names: Sequence[str]) -> float:
-        """By what factor the error falls with the best one of some values, to first order."""
+        """Return the gain of the best one of some values, to first order."""
         found = best_subsets(self.first_order(names), 1, 1)
         return float(np.max(found.gains, initial=1.0))
 
     def _likely(
         self, names: Sequence[str], counts: Collection[int]
     ) -> Iterator[list[dict[str, float]]]:
-        """So many of the names that explain most to first order, as they begin.
+        """Yield the subsets of names that explain most to first order, by their number of names.
 
-        What is large later may be so in the first blocks only.
+        Both the whole run and its first part are considered: an effect that is too large later for
+        the first order may be small in the first part.
         """
         whole = self.first_order(names)
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
-            (THRESHOLDS.fitted + UNKNOWN) / (THRESHOLDS.values * self.maneuvers * self.promise),
-            float(np.log(self.needed)) / max(THRESHOLDS.promise),
+            (THRESHOLDS.value_cost + UNKNOWN)
+            / (THRESHOLDS.independent_values * self.maneuvers * self.promise),
+            float(np.log(self.needed)) / max(THRESHOLDS.residual_exponent, THRESHOLDS.run_exponent),
         )
         for size in COUNTS[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
-                subsets = best_subsets(view, size, THRESHOLDS.rivals, members[i])
+                subsets = best_subsets(view, size, THRESHOLDS.max_partners, members[i])
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
-                    most = max(1, THRESHOLDS.max_pairs // size // len(views))
-                    # Whole runs tell those apart that to first order explain as much, by far.
+                    most = max(1, THRESHOLDS.max_subsets // size // len(views))
+                    # Single values that explain nearly as much are all refined: their whole runs
+                    # differ more than their first orders do.
                     alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
                     count = max(most, np.sum(alike)) if size == 1 else most
                     found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))
@@ -164,11 +186,11 @@ class Fits:
             for group in groups
             if place.keys() >= {*group}
         ]
-        likely = sorted(gains, key=lambda x: -x[0])[: THRESHOLDS.refined]
+        likely = sorted(gains, key=lambda x: -x[0])[: THRESHOLDS.max_refined]
         return [dict.fromkeys(group, 0.0) for gain, group in likely if gain > self.needed]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-        """Some values with the one that to first order leaves least of what these leave."""
+        """Add to some values the one that, to first order, explains most of the remaining error."""
         every = {**changes, **{name: 0.0 for name in names if name not in changes}}
         known = len(changes)
         subsets = np.array([[*range(known), i] for i in range(known, len(every))])
@@ -176,7 +198,7 @@ class Fits:
         return {**changes, [*every][known + int(np.argmax(gains))]: 0.0}
 
     def _refined(self, changes: Mapping[str, float]) -> FittedValues:
-        """The values that leave least, from some on, without those that are as they should be."""
+        """Refine values, beginning at `changes`; values that hardly differ from 0 are dropped."""
         x, b = gauss_newton(*self._problem(changes))
         found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
         other = {name: x for name, x in changes.items() if abs(found[name]) > off[name]}
@@ -191,12 +213,12 @@ class Fits:
         return self._known[key]
 
     def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
-        """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
+        """Return errors, values, their sizes and the floors: the arguments of `linear_fits`."""
         sizes = np.array([size_of(self.right.motion.bicycle, name) for name in changes])
         return self._errors([*changes]), np.array([*changes.values()]), sizes, self.floors
 
     def _errors(self, names: Sequence[str]) -> Errors:
-        """From values of unknowns, as changes, to what they leave."""
+        """Return the function from changes of unknowns to the errors that they leave."""
 
         def program(x: Array) -> Program:
             values = zip(names, x.tolist(), strict=True)
@@ -211,7 +233,7 @@ def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def size_of(bicycle: Bicycle, name: str) -> float:
-    """Size of an unknown; one for starts, and for parameters that are zero."""
+    """Return the size of an unknown; 1 for initial values and for parameters that are zero."""
     if name in FORCES:
         return FORCES[name].size
     return abs(float(bicycle[name])) or 1.0 if name in bicycle.values else 1.0

@@ -1,10 +1,10 @@
-"""A torque that is left of the equations, as a function of one variable.
+"""Fit of the residual of the equations by a torque that is a function of one variable.
 
-Friction however it is regularised, a spring that stiffens, play, a stop: each is a torque on the
-steer axis, or one that leans the bicycle, that depends on one angle or one rate. No list of such
-laws is needed: a function that is odd, as left and right are alike, is found by its values at some
-places, on lines between them, by least squares. Twenty values explain much by chance: so what is
-found in one half of the run has to explain the other.
+Regularised friction, a stiffening spring, play, a stop: each is a torque on the steer axis, or one
+that leans the bicycle, and depends on one angle or one rate. No list of such laws is needed. The
+function is odd, because left and right are alike. It is piecewise linear, and its values at some
+places are found by least squares. Twenty values explain much by chance, so the values found in one
+half of the run must also explain the other half.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,10 +15,11 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 
-# Places of a law, each so many times the one before it, down to a small part of the largest: where
-# friction is regularised it changes within a small part of its range.
+# Ratio of neighbouring places of a law, and number of places. The smallest place is a small part of
+# the largest, because regularised friction changes within a small part of its range.
 _RATIO, _PLACES = 2**0.5, 20
-# Averages in a stretch of a run; each has half of its rows in common with the next.
+# Number of successive averages in a stretch of a run. Each average shares half of its rows with the
+# next one.
 _STRETCH = 2
 
 
@@ -29,16 +30,16 @@ class Law:
     Attributes
     ----------
     equation
-        ``roll`` or ``steer``: along whose speed it acts.
+        ``roll`` or ``steer``: the torque acts along the speed of this equation.
     variable
-        One of `forces.PLACE_IN_STATE`.
+        The variable on which the torque depends, one of `forces.PLACE_IN_STATE`.
     places : tuple of float
-        Where its values are known, ascending [rad or rad/s].
+        Values of the variable, ascending [rad or rad/s].
     values : tuple of float
-        [N m]
+        Torques at these places [N m].
     relief
-        Factor by which what remains falls, a geometric mean, in the half of the run in which its
-        values were not looked for.
+        Factor by which the residual falls, a geometric mean, in the half of the run to which the
+        values were not fitted.
     """
 
     equation: str
@@ -49,7 +50,7 @@ class Law:
 
 
 def hats(x: Array, places: Array) -> Array:
-    """Odd functions that are one at a place and zero at the others, shape (len(places), n)."""
+    """Evaluate odd functions that are 1 at one place and 0 at the others: (len(places), n)."""
     size = np.abs(x)
     knots = np.concatenate([[0.0], places])
     found = [np.interp(size, knots, np.eye(len(knots))[k]) for k in range(1, len(knots))]
@@ -64,19 +65,20 @@ def best_law(
     left: Sequence[Array],
     floors: Array,
 ) -> Law | None:
-    """The law that explains most; None if no variable changes.
+    """Find the law that explains most of the residual; None if no variable changes.
 
     Parameters
     ----------
     variables : mapping of str to ndarray, shape (n,)
-        What a law may depend on, at the rows.
+        Possible variables of a law, at the rows.
     added : mapping of str to ndarray, shape (q, n)
-        The accelerations that a torque of one adds along the speed of each equation.
+        Accelerations that a torque of 1 N m along the speed of each equation adds.
     averages : callable
-        From accelerations, shape (q, n), to the blocks of their averages, shape (w,) each.
+        Function from accelerations, shape (q, n), to blocks of averages, shape (w,) each.
     left : sequence of ndarray, shape (w,)
-        Of each block what remains.
+        Residual of each block.
     floors : ndarray, shape (blocks,)
+        Resolution limit of each block.
     """
     found: Law | None = None
     most = 0.0
@@ -107,7 +109,7 @@ def best_law(
 
 
 def _relief_elsewhere(left: Sequence[Array], terms: Sequence[Array], floors: Array) -> float:
-    """What values that are found in every other stretch of a run explain in the others."""
+    """Factor by which values fitted to every other stretch reduce the residual of the others."""
     here = [np.arange(len(x)) % (2 * _STRETCH) < _STRETCH for x in left]
     if not all(h.any() and not h.all() for h in here):
         return 1.0

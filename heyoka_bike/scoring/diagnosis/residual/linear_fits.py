@@ -1,11 +1,11 @@
-"""Least squares of an error whose blocks have unknown sizes: linear in its unknowns, and not.
+"""Linear and nonlinear least squares for errors whose blocks have unknown sizes.
 
-The errors of a column or an equation in a maneuver are a *block*. They are, to first order, J x
-for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
-left in the blocks, the likelihood if the size of the rest is unknown in each: least squares, with
-each block weighted by the inverse of what it has left, repeated. A thousand subsets are solved at
-once from the blocks' normal equations. Where the error is not linear in the unknowns, Gauss and
-Newton's method repeats this at the changed values.
+The errors of a column or an equation in a maneuver are a *block*. To first order they are J x for
+changes x of the unknowns. The fit minimises the sum of the logarithms of the remaining errors of
+the blocks, which maximises the likelihood if their sizes are unknown. This is done by repeated
+least squares, with each block weighted by the inverse of its remaining mean square. A thousand
+subsets are solved at once from the blocks' normal equations. If the error is not linear in the
+unknowns, the Gauss-Newton method repeats this at the changed values.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,25 +18,27 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 
-# Each repetition divides what is wrong with the weights; more changes nothing that is seen.
+# Repetitions of the weighted least squares. Each reduces the error of the weights; more repetitions
+# change nothing visible.
 _REPETITIONS = 12
-# The normal equations are solved in binary64: below this part of a block nothing is left to see.
+# Smallest visible remaining error, relative to its block: the roundoff of the normal equations.
 _VISIBLE = 1e-7
-# Terms that are so many times what is there, and cancel, explain nothing.
+# Subsets explain nothing if their terms exceed the error by this factor, and cancel each other.
 _CANCEL = 5.0
-# Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
+# Damping (Levenberg) for unknowns that the other ones nearly determine, relative to the diagonal.
 _DAMPING = 1e-12
-# An inertia of zero in the place of the largest is found in six steps, the first of which is halved
-# twice. A step that promises less than this factor is not taken.
+# Maximum numbers of steps, and of halvings of a step. To find an inertia of zero instead of the
+# largest one takes six steps, the first of which is halved twice. The fit ends if the expected gain
+# of a step is below the last factor.
 _STEPS, _HALVINGS_OF_STEP, _PROMISED = 6, 5, 1.01
 
 Errors = Callable[[Sequence[Array]], Sequence[Sequence[Array]]]
-"""From several sets of values to the blocks of the error that each set leaves."""
+"""Function from several sets of values to the blocks of the error that each set leaves."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Blocks:
-    """Normal equations of each block.
+    """Normal equations of B blocks with U unknowns.
 
     Attributes
     ----------
@@ -47,7 +49,7 @@ class Blocks:
     products : ndarray, shape (B, U, U)
         Mean of J times J.
     floors : ndarray, shape (B,)
-        Mean square of what cannot be seen.
+        Square of the resolution limit.
     """
 
     squares: Array
@@ -67,19 +69,20 @@ class Blocks:
 
 
 def left(errors: Sequence[Array], floors: Array) -> float:
-    """Geometric mean of the root mean squares of blocks."""
+    """Return the geometric mean of the root mean squares of blocks."""
     return blocks(errors, [e[:, None] for e in errors], floors).left
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subsets:
-    """Fits of some subsets of the unknowns.
+    """Fits of K subsets with m unknowns each.
 
     Attributes
     ----------
     members : ndarray of int, shape (K, m)
         Indices of the unknowns.
     changes : ndarray, shape (K, m)
+        Fitted changes of the unknowns.
     gains : ndarray, shape (K,)
         Geometric mean over the blocks of the factor by which the root mean square falls.
     """
@@ -92,7 +95,7 @@ class Subsets:
 def blocks(
     errors: Sequence[Array], jacobians: Sequence[Array], floors: Sequence[float] | Array
 ) -> Blocks:
-    """Normal equations from errors, shape (n,), and Jacobians, shape (n, U), of each block."""
+    """Compute normal equations from errors, shape (n,), and Jacobians, shape (n, U), by block."""
     return Blocks(
         squares=np.array([np.mean(e**2) for e in errors]),
         moments=np.array([j.T @ e / len(e) for e, j in zip(errors, jacobians, strict=True)]),
@@ -104,9 +107,10 @@ def blocks(
 def best_subsets(
     b: Blocks, size: int, count: int, beside: NDArray[np.intp] | None = None
 ) -> Subsets:
-    """The best subsets of so many unknowns, by their gains.
+    """Find the `count` best subsets of `size` unknowns by their gains.
 
-    Of three or more only those with one unknown `beside` these smaller subsets, if given.
+    If `beside` is given, subsets of three or more unknowns are limited to these smaller subsets
+    with one more unknown.
     """
     used = np.flatnonzero(np.any(np.diagonal(b.products, axis1=1, axis2=2) > 0, axis=0))
     if beside is None or size < 3:
@@ -130,7 +134,7 @@ def best_subsets(
 
 
 def solve(b: Blocks, members: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Changes of the unknowns of each subset, shape (K, m), and the gains, shape (K,)."""
+    """Fit the unknowns of each subset; return changes, shape (K, m), and gains, shape (K,)."""
     rows = members[:, :, None]
     products = np.moveaxis(b.products[:, rows, members[:, None, :]], 0, 1)  # K, B, m, m
     moments = np.moveaxis(b.moments[:, members], 0, 1)  # K, B, m
@@ -151,9 +155,10 @@ def solve(b: Blocks, members: NDArray[np.intp]) -> tuple[Array, Array]:
 
 
 def best_multiple(b: Blocks) -> tuple[float, float]:
-    """The multiple of one unknown that leaves least, and by how much it lets the error fall.
+    """Return the multiple of one unknown with the least remaining error, and its gain.
 
-    That of a block: the sum of logarithms has its least values near those, and many of them.
+    Only the best multiple of each block is tried: the sum of logarithms has its many local minima
+    near these.
     """
     products, moments = b.products[:, 0, 0], b.moments[:, 0]
     there = products > np.finfo(np.float64).tiny
@@ -169,7 +174,7 @@ def best_multiple(b: Blocks) -> tuple[float, float]:
 
 
 def _solved(matrix: Array, vector: Array) -> Array:
-    """Solutions of the normal equations, the unknowns scaled to the same size."""
+    """Solve the normal equations, with the unknowns scaled to the same size."""
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=1, axis2=2), np.finfo(np.float64).tiny))
     scaled = matrix / size[:, :, None] / size[:, None, :]
     scaled += _DAMPING * np.eye(matrix.shape[1])
@@ -178,7 +183,7 @@ def _solved(matrix: Array, vector: Array) -> Array:
 
 
 def uncertain(b: Blocks) -> list[float]:
-    """Changes of the unknowns that would leave twice as much, whatever the others are."""
+    """Return the change of each unknown that doubles the error, whatever the others are."""
     left = b.squares + b.floors
     weighted = np.einsum("b,bij->ij", 1.0 / left, b.products) / len(left)
     size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
@@ -188,7 +193,7 @@ def uncertain(b: Blocks) -> list[float]:
 
 
 def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
-    """Normal equations of an error at some values, by differences over a part of their sizes."""
+    """Compute the normal equations at some values, by differences in proportion to their sizes."""
     shifts = SMALL_STEP * sizes
     here, *moved = errors([x, *(x + np.diag(shifts))])
     slopes = [
@@ -199,10 +204,10 @@ def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
 
 
 def gauss_newton(errors: Errors, x: Array, sizes: Array, floors: Array) -> tuple[Array, Blocks]:
-    """Values near `x` that leave least, and the normal equations there.
+    """Find values near `x` with the least remaining error; return also the normal equations there.
 
-    A step that leaves more is halved: a light body has accelerations that turn over where its
-    inertia is zero.
+    A step that increases the error is halved. This happens with a light body, whose accelerations
+    change their sign where its inertia is zero.
     """
     b = linearised(errors, x, sizes, floors)
     for _ in range(_STEPS):

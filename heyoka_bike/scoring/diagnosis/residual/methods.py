@@ -1,9 +1,10 @@
-"""Methods of integration and their steps, found by their modified equations.
+"""Recognise methods of integration and their steps by their modified equations.
 
-A method of order p with a step h follows the exact motion of another equation, to its first term
-y' = f(y) + h^p d(y), where d is a sum of derivatives of f that the method alone determines. So the
-file's own motion leaves h^p d in the exact equations: in the rates of the angles as well as in the
-accelerations, which no force does. The coefficient is found as that of any force, and is h^p.
+To leading order, a method of order p with a step h follows the exact motion of another equation,
+y' = f(y) + h^p d(y), where d is a sum of derivatives of f that only the method determines. So the
+exact equations along the file's own motion have the residual h^p d, in the rates of the angles as
+well as in the accelerations. A force has none in the rates. The coefficient h^p is fitted like that
+of any force.
 
 References
 ----------
@@ -25,12 +26,12 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blo
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 from heyoka_bike.scoring.ratios import CLEARLY
 
-# Places of the angles whose rates are in the file, and of their accelerations and the rolling rate.
+# Indices in the state: of roll and steer angle, and of their rates and the rolling rate.
 _ANGLES, _PLACES_OF_SPEEDS = [0, 2], [3, 4, 5]
 
 
 CLOCK = "times on another scale"
-"""No method, but found in the same way: its step is the scale of the times, less one."""
+"""Name of an error of the time scale, which is found like a method. Its step is the scale - 1."""
 
 PARTS = ("first", "second", "of_angles", "bend", "chain")
 
@@ -41,11 +42,12 @@ class Scheme(NamedTuple):
     Attributes
     ----------
     says
+        Name of the method in messages.
     order
     angles
-        The residual of the equations with a step of one: factors of the derivatives of `PARTS`.
+        Residual of the equations with a step of 1: coefficients of the derivatives in `PARTS`.
     speeds
-        The same in the equations of the speeds, where these are other ones.
+        Residual of the equations of the speeds, if it has other coefficients.
     """
 
     says: str
@@ -57,7 +59,7 @@ class Scheme(NamedTuple):
 def _of(
     code: str, angles: Mapping[str, float], speeds: Mapping[str, float] | None = None
 ) -> Scheme:
-    """One of the methods that are run, too."""
+    """A scheme for one of the methods in `METHODS`, which can also be run."""
     (method,) = (m for m in METHODS if m.code == code)
     return Scheme(method.says, method.order, angles, speeds)
 
@@ -80,24 +82,27 @@ SCHEMES = (
     Scheme("BDF2", 2, {"bend": 1 / 3, "chain": 1 / 3}),
     Scheme(CLOCK, 1, {"first": 1.0}),
 )
-"""Methods of known first term, and times on another scale: all rates are as much too large."""
+"""Methods whose first error term is known, and an error of the time scale. The latter makes all
+rates too large by the same factor."""
 
 
 class Method(NamedTuple):
-    """A method of integration that explains what remains.
+    """A method of integration that explains the residual.
 
     Attributes
     ----------
     says
+        Name of the method in messages.
     order
     step
         [s]
     is_of_rows
-        True if rows are a whole number of steps apart, or steps of rows, as nearly as is known.
+        True if the distance of rows is a whole number of steps, or a step a whole number of rows,
+        within the accuracy of the step.
     relief
-        Factor by which what remains falls, a geometric mean.
+        Factor by which the residual falls, a geometric mean.
     log_odds
-        Against none.
+        Log odds against none of the methods.
     """
 
     says: str
@@ -109,10 +114,10 @@ class Method(NamedTuple):
 
 
 def _derivatives(equations: Equations, y: Array) -> Array:
-    """Derivatives of the state over time at states, shape (5, 6, n), as `PARTS` has them.
+    """Time derivatives of the state at states, in the order of `PARTS`, shape (5, 6, n).
 
-    ``first`` is f, ``second`` f'f, ``of_angles`` the part of it that comes with the angles, and
-    ``bend`` and ``chain`` the two parts f''(f, f) and f'f'f of the third.
+    ``first`` is f, ``second`` f'f, ``of_angles`` the part of f'f from the angles, and ``bend`` and
+    ``chain`` are the two parts f''(f, f) and f'f'f of the third derivative.
     """
 
     def f(y: Array) -> Array:
@@ -130,7 +135,7 @@ def _derivatives(equations: Equations, y: Array) -> Array:
 
 
 def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Method, ...]:
-    """Return methods that explain the residual and cannot be told apart; empty if none does."""
+    """Return the methods that explain the residual equally well; empty if none explains it."""
     kinds = [s.angles for s in SCHEMES], [s.speeds or s.angles for s in SCHEMES]
     table = [np.array([[by.get(name, 0.0) for name in PARTS] for by in each]) for each in kinds]
     rest, floors, terms = [], [], []
@@ -149,37 +154,41 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     found = []
     for (i,), (size,), gain in zip(fits.members, fits.changes, fits.gains, strict=True):
         left = b.squares - 2 * size * b.moments[:, i] + size**2 * b.products[:, i, i]
-        # Rounding may leave less than nothing.
+        # Rounding may make this negative.
         left = np.maximum(left, 0.0) + b.floors
         falls = np.log((b.squares + b.floors) / left).reshape(len(motions), -1) / 2
-        # A force, or constraints that drift, leave nothing of an integrator in these.
+        # The residual of the angles shows integrators. Forces and drifting constraints have none.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
-        # As much as an equation of motion tells, each rate of an angle does, too.
-        seen = THRESHOLDS.values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
-        odds = seen - THRESHOLDS.fitted - float(np.log(len(SCHEMES)))
+        # Each rate of an angle has as many independent values as an equation of motion.
+        seen = (
+            THRESHOLDS.independent_values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
+        )
+        odds = seen - THRESHOLDS.value_cost - float(np.log(len(SCHEMES)))
         scheme, is_clock = SCHEMES[i], SCHEMES[i].says == CLOCK
-        if of_angles > THRESHOLDS.explains and (is_clock or size > 0.0):
+        if of_angles > THRESHOLDS.explained_factor and (is_clock or size > 0.0):
             step = float(size) if is_clock else float(size) ** (1 / scheme.order)
             spacing = float(np.median(np.diff(motions[0].time)))
             near = None if is_clock else step_of_rows(step, spacing, float(gain))
             found.append(
                 Method(scheme.says, scheme.order, near or step, near is not None, float(gain), odds)
             )
-    # First terms that are multiples of one another, such as of BDF2, are in the order of `SCHEMES`.
+    # Methods whose first terms are multiples of each other, such as BDF2's, keep the order of
+    # `SCHEMES`.
     order = [s.says for s in SCHEMES]
     found.sort(key=lambda m: (-round(m.log_odds, 3), order.index(m.says)))
     least = max((m.log_odds for m in found), default=0.0) - THRESHOLDS.report_log_odds
     found = [m for m in found if m.log_odds > max(least, THRESHOLDS.report_log_odds)]
-    # No program takes steps between which its rows lie.
+    # Prefer steps that fit the rows: hardly any program interpolates its rows.
     return tuple([m for m in found if m.is_of_rows] or found)
 
 
 def step_of_rows(step: float, spacing: float, relief: float) -> float | None:
-    """The step near one of which rows are a multiple or a part; None if it is not near [s].
+    """Find the step nearby of which the row distance is a multiple or a fraction, or None [s].
 
-    A method that lets an error fall by some factor tells its step to about this part of it.
+    If a method reduces the error by a factor, the relative error of its step is about the inverse
+    of that factor.
     """
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
-    # Times are sums of steps, or their binary64 numbers.
+    # Rounding to nine digits removes the roundoff of the times.
     is_near = abs(step - near) < near / max(relief, CLEARLY)
     return float(f"{near:.9g}") if is_near else None

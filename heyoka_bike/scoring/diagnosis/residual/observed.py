@@ -1,8 +1,9 @@
-"""The motion that a file shows: its states, their derivatives, and how well these are known.
+"""The motion that a file shows: states, their derivatives, and the uncertainty of these.
 
-Near each row the file is a polynomial through the rows around it. What is said of it is said of
-averages over windows, smooth bumps that overlap by half: the mean of a derivative over a bump is
-known far better than the derivative at a row, and as well at any spacing that resolves the motion.
+Near each row the motion is approximated by a polynomial through the rows around it. The derivatives
+are averaged over windows, which are smooth bumps that overlap by half. The mean of a derivative
+over a bump is much more accurate than the derivative at a row, and its accuracy hardly depends on
+the spacing of the rows if this resolves the motion.
 """
 
 from __future__ import annotations
@@ -26,28 +27,29 @@ from heyoka_bike.scoring.units import factor
 STATE_KEYS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Keys of the columns that the equations of motion need.
 
-The speed may be missing: it then follows from the others by the right equation of the speed, which
-is not compared. Rates may be missing: they then are the slopes of their angles.
+If the speed is missing, it is computed from the others by the exact equation of the speed, which is
+then not compared. Missing rates are computed as slopes of their angles.
 """
 
-# Of the last digit in a slope, times the distance of the rows: central differences of order 10.
+# Error of a slope by central differences of order 10, in last digits of the column, times the
+# distance of the rows.
 _IN_SLOPE = 1.23
 
 _DEGREE_OF_WINDOW, _LOWER_DEGREE = 9, 7
 _MOST_ROWS_OF_WINDOWS = 1001
 _FEWEST_ROWS_OF_WINDOWS = 12
-# Half the width of a window: [s], and in rows.
+# Minimum half width of a window: in seconds, and in rows.
 _HALF_WIDTH, _IN_ROWS = 0.15, 4.0
 _MOST_ROUNDS = 30
-# A lean from which there is no way back [rad].
+# A bicycle with a larger lean does not come upright again [rad].
 _LARGEST_LEAN = 1.2
-# Nothing of a bicycle is so large, but what has blown up [SI].
+# Values of a bicycle are smaller than this, unless the motion has blown up [SI].
 _LARGEST_CONDITION = 1e6
-# Rows of the beginning, from which the right equations lead back to t = 0, in so many steps.
+# Rows from which the exact equations are integrated back to t = 0, and the number of steps.
 _BEGINNING, _STEPS_BACK = slice(1, 5), 20
 CONVERGED = 1e-15
-"""To how much columns of other definitions are taken back [SI]."""
-# What is still off after all rounds is lost.
+"""Change at which the conversion of columns to the default definitions stops [SI]."""
+# The conversion has failed if the last change exceeds this value [SI].
 _PART_LOST = 1e-10
 
 
@@ -58,28 +60,29 @@ class Observed:
     Attributes
     ----------
     number
-        Of the maneuver.
+        Number of the maneuver.
     time : ndarray, shape (n,)
         [s]
     state : mapping of str to ndarray, shape (n,)
-        Columns of `STATE_KEYS` and the yaw, SI, in the default definitions.
+        Columns of `STATE_KEYS` and the yaw, in SI and the default definitions.
     windows : ndarray, shape (w, n)
-        Thresholds of rows in averages, each of sum one.
+        Thresholds of the rows in the averages; the weights of each average add up to 1.
     accelerations : ndarray, shape (3, w), or (2, w) without a speed
         Averages of the derivatives of roll rate, steer rate and speed.
     uncertain : ndarray of the same shape
-        By how much they are wrong, as far as the file shows it.
+        Uncertainty of the accelerations, as far as the file shows it.
     kinematic : ndarray, shape (2, w)
-        Averages of the derivative of roll and steer, less their rates.
+        Averages of the derivatives of roll and steer, minus their rates.
     kinematic_uncertain : ndarray, shape (2, w)
+        Uncertainty of `kinematic`.
     definitions : mapping of str to str
-        Names of the columns of `STATE_KEYS`, as they were understood.
+        Names of the columns of `STATE_KEYS`, by the interpretation of the file.
     is_begun
-        True if its first rows are those of a start.
+        True if the rows begin at the start of the maneuver.
     has_beginning
-        True if these have the rates; otherwise slopes tell them, and the speed is given.
+        True if they do and the file contains both rates.
     has_state
-        True if the file has all columns of `STATE_KEYS`.
+        True if the file contains all columns of `STATE_KEYS`.
     """
 
     number: int
@@ -96,7 +99,7 @@ class Observed:
     has_state: bool
 
     def without_speed(self) -> Observed:
-        """Return it without what is known of the speed only where that is in the file."""
+        """Return a copy without the acceleration of the speed, for files without the speed."""
         return replace(
             self,
             accelerations=self.accelerations[:2],
@@ -105,7 +108,7 @@ class Observed:
         )
 
     def inconsistency(self) -> float:
-        """Return the distance of the rates from the slopes of the angles, in parts of them."""
+        """Return the difference between rates and slopes of angles, relative to the rates."""
         rates = np.array([self.windows @ self.state[key] for key in ("roll_rate", "steer_rate")])
         least = float(np.finfo(np.float64).tiny)
         size = np.sqrt(np.mean(rates**2, axis=1)) + least
@@ -115,13 +118,14 @@ class Observed:
 
 
 def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
-    """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
+    """Return only the rows before the bicycle lies down; later rows do not show its motion."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
     is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
     lies = ~is_up & (height < MEANINGLESS_ERROR * height[0])
-    # Without a height: angles in degrees come back.
+    # Without a potential energy, take the rows after which the lean stays large. An angle in
+    # degrees becomes small again.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
         return part
@@ -135,10 +139,11 @@ def observe(
     parameters: Mapping[str, float] | None = None,
     converged: float = CONVERGED,
 ) -> Observed | None:
-    """The motion of a part; None where the columns or rows do not show it.
+    """Determine the motion of a part; None if its columns or rows do not show it.
 
-    Columns of other definitions are taken back by the equations and parameters of a bicycle, that
-    of the reference unless it is given, and as far as is asked for [SI].
+    Columns with other definitions are converted to the default ones with the equations and
+    parameters of a bicycle (by default that of the reference), until changes are below `converged`
+    [SI].
     """
     written = _rows_that_move(part, understood)
     if written is None:
@@ -165,7 +170,7 @@ def observe(
         kinematic_uncertain=off[:2],
         definitions={k: name for k, name in names.items() if k in part.values},
         is_begun=is_begun,
-        # Slopes tell less of the first rows.
+        # Slopes are less accurate in the first rows, so the rates must be in the file.
         has_beginning=is_begun and LATERAL_ANGLES.keys() <= part.values.keys(),
         has_state={*STATE_KEYS} <= part.values.keys(),
     )
@@ -177,7 +182,7 @@ def _rows_that_move(
 ) -> tuple[Array, dict[str, Array], dict[str, str]] | None:
     """Return times, columns of `STATE_KEYS` [SI] and their definitions.
 
-    None where they are no motion, or too few.
+    None if a column does not change, or there are too few rows or columns.
     """
     keys = [k for k in STATE_KEYS if k in part.values and k in understood]
     columns = {k: in_si(part, understood, k) for k in keys}
@@ -204,10 +209,11 @@ def _rows_that_move(
 
 
 def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
-    """Return the columns of `STATE_KEYS` at t = 0, and how much rows disagree; shape (5,) each.
+    """Return the columns of `STATE_KEYS` at t = 0 and their scatter, shape (5,) each.
 
-    To these the right equations lead back from the rows after the first, by Runge and Kutta's
-    method: that may be as given, whatever was computed.
+    They are found by integrating the exact equations back from the rows after the first, by the
+    Runge-Kutta method. The first row is not used: it may contain the given initial values even if
+    the motion started from others.
     """
     time, state = m.time[_BEGINNING], {k: x[_BEGINNING] for k, x in m.state.items()}
 
@@ -245,7 +251,7 @@ def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> fl
 
 
 def _windows(time: Array) -> Array | None:
-    """Bumps over the run; None where there is no room for some."""
+    """Weights of the rows in windows over the run; None if the run is too short for a window."""
     spacing = float(np.max(np.diff(time))) if len(time) > 1 else np.inf
     half = max(_HALF_WIDTH, _IN_ROWS * spacing)
     count = int((time[-1] - time[0]) / half) - 1
@@ -260,16 +266,18 @@ def _windows(time: Array) -> Array | None:
 
 
 def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tuple[Array, Array]:
-    """Averages of derivatives of columns, and how far those of polynomials of lower degree are off.
+    """Averages of derivatives of columns, and their uncertainty.
 
-    What digits leave of an average is that of random ones.
+    The uncertainty is the difference from polynomials of lower degree, combined with the effect of
+    random rounding to the digits written.
     """
     middle = (rows - np.mean(rows, axis=1, keepdims=True)).T
     slope, lower = (
         (windows @ local_polynomials(time, middle, degree)[:, 1]).T
         for degree in (_DEGREE_OF_WINDOW, _LOWER_DEGREE)
     )
-    # The mean of a derivative is minus that over the slope of the bump.
+    # Integrating by parts: the mean of a derivative is the mean of the column, weighted by minus
+    # the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
     rounding = np.multiply.outer(digits, np.sqrt(np.sum(per_row**2, axis=1)))
     return slope, np.hypot(slope - lower, rounding)
@@ -292,11 +300,11 @@ def _default_definitions(
     speed: float,
     converged: float,
 ) -> dict[str, Array]:
-    """The columns in the default definitions, and the yaw; NaN if they are not found.
+    """Convert columns to the default definitions, and add the yaw; NaN if this does not converge.
 
-    Definitions are near one another: the motion is that whose columns are those written. A speed
-    along a fixed axis tells little of one across it. A speed that is not written begins with the
-    right one.
+    Definitions differ little, so the state is corrected repeatedly by the difference between the
+    written columns and those computed from the state. A missing speed begins at the given initial
+    speed.
     """
     state = {"forward_speed": np.full_like(time, speed), **columns, "yaw": np.zeros_like(time)}
     is_default = all(names.get(k) == k for k in STATE_KEYS)
@@ -326,7 +334,7 @@ def _default_definitions(
 def state_vector(
     equations: Equations, column: Callable[[str], Array], pitch: Array | None = None
 ) -> list[Array]:
-    """The state of the regular form from columns by key, with both wheels on the floor."""
+    """Return the state of the reduced equations from columns, with both wheels on the floor."""
     roll, steer, roll_rate, steer_rate, speed = (column(key) for key in STATE_KEYS)
     if pitch is None:
         pitch = pitch_on_the_floor(equations.k, roll, np.zeros_like(roll), steer)

@@ -1,4 +1,7 @@
-"""Ways to understand a file: beside the right motion a wrong one may seem to have other columns."""
+"""Other interpretations of a file's columns.
+
+If the motion is wrong, a column may fit the exact motion best by a wrong definition or sign.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,10 +20,10 @@ from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 def readings(
     parts: Sequence[Part], understood: Mapping[str, Understanding]
 ) -> Iterator[Mapping[str, Understanding]]:
-    """Ways to understand a file, the likeliest by the correct motion first.
+    """Yield interpretations of a file, the likeliest by the exact motion first.
 
-    Beside the correct motion the file of another one may seem to have other definitions and signs.
-    Rates follow their angles.
+    These are: the definitions that fit best; the default definitions; these with the signs of rates
+    that agree with their angles; and these with the opposite sign of steer.
     """
     yield understood
     plain = {key: replace(u, column=COMPARED[key][0]) for key, u in understood.items()}
@@ -36,10 +39,9 @@ def readings(
 def other_definitions(
     understood: Mapping[str, Understanding], keys: Sequence[str]
 ) -> Iterator[Mapping[str, Understanding]]:
-    """Ways to understand some columns by other definitions, the likeliest first.
+    """Yield interpretations of some columns by other definitions, the likeliest first.
 
-    Without those that are refuted even by a motion that is wrong: it is nearer to another one by
-    far. A rate may follow the definition of its angle.
+    Definitions that are far less likely than the likeliest one are skipped.
     """
     having = [key for key in keys if key in understood]
     ways = []
@@ -62,7 +64,7 @@ def other_definitions(
 def _turns_back(
     parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
 ) -> bool:
-    """True if an angle mostly falls where its rate says that it grows."""
+    """True if the slope of an angle mostly has the opposite sign of its rate."""
     total = 0.0
     for part in parts:
         if angle in part.values and rate in part.values and len(part.time) > 1:

@@ -1,14 +1,14 @@
 """The residual of the exact equations along the motions of a file, and the causes that explain it.
 
-Along a motion, equations of another program give other accelerations. Their difference from the
-right ones is a *term*: of a known mistake exactly, of a parameter or a force its derivative, whose
-coefficient is to be found. No motion is simulated for it.
+Along a motion, the equations of another program give other accelerations. Their difference from the
+exact ones is a *term*. The term of a known mistake is exact. The term of a parameter or a force is
+its derivative times a coefficient, which is fitted. No motion is simulated for this.
 
-What remains of an equation of motion in a maneuver is a *block*. Its size is unknown, so what is
-minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. Causes
-are the mistakes of the library, alone and two together, and one, two or three parameters and forces
-whose values are fitted. They are compared by their odds, see `odds`, with the equations in the
-place of the columns. The likeliest values are then refined by whole runs.
+The residual of an equation of motion in a maneuver is a *block*. Its size is unknown, so the fit
+minimises the sum of the logarithms of the residuals of all blocks, as in `linear_fits`. Possible
+causes are the mistakes of the library, alone and in pairs, and fitted values of one, two or three
+parameters and forces. They are compared by their odds, see `odds`, with equations instead of
+columns. The likeliest values are then refined by whole runs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,10 +56,10 @@ from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 
 EQUATIONS = ("roll", "steer", "speed")
-"""Whose accelerations the blocks of a maneuver are, in order."""
+"""Equations of motion, in the order of the blocks of a maneuver."""
 
 UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fitted))
-"""Whose coefficients can be found."""
+"""Parameters and forces whose values can be fitted."""
 
 GROUPS = tuple(
     names
@@ -72,23 +72,23 @@ GROUPS = tuple(
 )
 """Parameters that a mistake changes together: the inertia of a body, or its mass and its centre."""
 
-# Left by equations that have no solution, in parts of the accelerations.
+# Residual of equations without a solution, relative to the accelerations.
 _NO_LIMIT = 1e9
-_METHOD = step_log.Step("method", "which integrator's error is left of the equations?")
+_METHOD = step_log.Step("method", "which integrator's error explains the residual?")
 _TINY = float(np.finfo(np.float64).tiny)
 
 
 class Visibility(IntEnum):
-    """What a file's motion shows, each kind all that those before it do."""
+    """How much of the motion a file shows; each level includes the levels before it."""
 
     NOTHING = 0
-    """Rates have nothing to do with the angles, or the right equations have no solution there."""
+    """Nothing: the rates contradict the angles, or the exact equations have no solution there."""
     STARTS = 1
-    """Where each maneuver starts: rows are too far apart for the equations, or have few digits."""
+    """Only the initial conditions: rows are too far apart for the equations, or have few digits."""
     EQUATIONS_PARTLY = 2
-    """The equations; the speed or a rate is not in the file, and may be another than was taken."""
+    """The equations, with a computed speed or rate that is not in the file and may be wrong."""
     EQUATIONS = 3
-    """The equations of motion, by angles, rates and the speed."""
+    """The equations of motion: the file contains angles, rates and the speed."""
 
 
 class Residual:
@@ -97,29 +97,29 @@ class Residual:
     Parameters
     ----------
     motions : sequence of Observed
-        Of the file, as they were understood.
+        Motions of the file, by one interpretation of its columns.
     program : Program
-        The right one.
+        The correct program.
     library : sequence of Mistake
         Mistakes of the model.
     deadline : Deadline
-        Until when causes are looked for.
+        The search for causes ends at this time.
 
     Attributes
     ----------
     equations : tuple of str
-        Those of `EQUATIONS` that are compared: without that of the speed if it is not in the file.
+        The members of `EQUATIONS` that are compared; without the speed if it is not in the file.
     known : tuple of Hypothesis
-        Mistakes of the library, alone and two together, those that explain most first.
+        Mistakes of the library, alone and in pairs; those that explain most first.
     shares : mapping of str to float
-        What remains of the accelerations of roll, steer and speed, in parts of them: the largest
+        Residual of the accelerations of roll, steer and speed, relative to their size; the largest
         of the maneuvers.
     above
-        How much more remains than the file's own rates are off from the slopes of its angles, both
-        in parts of what they are: errors of integrators are in both.
+        Ratio of the residual to the difference between the rates and the slopes of the angles, both
+        relative to their size. An integrator's error is in both, a force only in the residual.
     visibility : Visibility
     is_resolved
-        True if the equations are seen and what remains of them is above what the digits leave.
+        True if the file contains the whole state, and the residual is above its digits.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
     floors : ndarray, shape (B,)
@@ -142,24 +142,25 @@ class Residual:
         self.observed = np.concatenate([m.accelerations.ravel() for m in self.motions])
         unknown = self.blocks(np.concatenate([m.uncertain.ravel() for m in self.motions]))
         digits = np.array([np.median(x) for x in unknown])
-        # Windows that the rows do not resolve count for little.
+        # Windows that the rows do not resolve have little weight.
         shares = [f**2 / (f**2 + x**2) for f, x in zip(digits, unknown, strict=True)]
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self._sizes = np.array([_rms(x) or _TINY for x in self.blocks(self.observed)])
         self._right = self.of(program)
         self.floors = digits
         rest = self._left(self._right)
-        # What is left below this needs no other cause.
+        # A negligible residual needs no further cause.
         self.floors = np.hypot(digits, THRESHOLDS.negligible_error * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
-        # Those of roll and steer: where the speed hardly changes it says little.
+        # Use only roll and steer: if the speed hardly changes, its equation shows little.
         slopes = [max(m.inconsistency(), THRESHOLDS.negligible_error) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         is_blown_up = max(slopes) > MEANINGLESS_ERROR or bool(np.max(rest) == _NO_LIMIT)
-        resolved, (enough, share) = self._before * self._sizes / digits, THRESHOLDS.shows
-        is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
-        is_judged = is_resolved or bool(np.median(rest / resolved) < share)
+        resolved = self._before * self._sizes / digits
+        is_above = np.exp(np.mean(np.log(resolved))) > THRESHOLDS.visible_ratio
+        is_resolved = bool(is_above) and not is_blown_up
+        is_judged = is_resolved or bool(np.median(rest / resolved) < THRESHOLDS.visible_fraction)
         self._has_state = all(m.has_state for m in motions)
         self.is_resolved = is_resolved and self._has_state
         if is_blown_up:
@@ -174,21 +175,21 @@ class Residual:
 
     @cached_property
     def fitted(self) -> tuple[Hypothesis, ...]:
-        """Values of one, two and three unknowns, each number where it explains more than fewer do.
+        """Fitted values of one, two and three unknowns, if more values explain more than fewer.
 
-        Whole runs tell which. Empty if none explains more than the library does. Laws of the state
-        are among them where these leave a force.
+        Empty if none explains more than the library does. If these leave a force, laws of the state
+        are fitted, too.
         """
         found = self._of_unknowns
         largest = _largest_relief(*self.known, *found)
         if shows_equations(self):
             is_open = self.leaves_force(largest)
         else:
-            # Without the speed or a rate in the file a law of the state may seem to explain by far
-            # more; whole runs decide.
+            # If the speed or a rate is missing, a law of the state may wrongly seem to explain far
+            # more. Whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
-            is_more = is_force or THRESHOLDS.nearly * largest < self.limit
+            is_more = is_force or THRESHOLDS.direction_factor * largest < self.limit
             is_open = is_partly and self.is_large and is_more
         return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
 
@@ -199,7 +200,7 @@ class Residual:
 
     @property
     def limit(self) -> float:
-        """The largest possible relief: of a cause that leaves only what digits and rows hide."""
+        """Largest possible relief: that of a cause that leaves only unresolved residuals."""
         return self._relief(self.observed)
 
     @cached_property
@@ -209,22 +210,22 @@ class Residual:
         found = self._fits().fewest(
             [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
         )
-        return tuple(h for h in found if h.relief > max(least, THRESHOLDS.nearly))
+        return tuple(h for h in found if h.relief > max(least, THRESHOLDS.direction_factor))
 
     @cached_property
     def methods(self) -> tuple[Method, ...]:
-        """Methods of integration that explain what remains and cannot be told apart."""
+        """Methods of integration that explain the residual equally well."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        with step_log.logged(_METHOD) as told:
+        with step_log.logged(_METHOD) as log:
             found = find_methods(equations, self.motions)
             if found:
                 each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
-                told.found = partial(", ".join, each)
+                log.found = partial(", ".join, each)
         return found
 
     @cached_property
     def law(self) -> Law | None:
-        """A torque as a function of one variable that explains nearly all; None if none does."""
+        """A torque as a function of one variable that explains the residual; None if none does."""
         moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         zero = 0.0 * moving.state[0]
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])
@@ -243,9 +244,9 @@ class Residual:
 
     @cached_property
     def promise(self) -> float:
-        """The largest relief that is hoped for times how little remains.
+        """Rank of an interpretation of the file: the best relief expected, divided by the residual.
 
-        To compare ways to understand a file: of the library, and of one unknown to first order.
+        The relief is that of the library, or of one unknown to first order.
         """
         to_first_order = self._fits().first_order_gain(UNKNOWNS)
         largest = max(_largest_relief(*self.known), to_first_order)
@@ -257,60 +258,60 @@ class Residual:
         if not self.is_resolved or not self.is_large:
             return True
         largest = _largest_relief(*self.known, *self._of_unknowns)
-        return largest > min(THRESHOLDS.nearly, self.limit / CLEARLY)
+        return largest > min(THRESHOLDS.direction_factor, self.limit / CLEARLY)
 
     @property
     def is_large(self) -> bool:
         """True if the errors of the accelerations would be visible in a plot.
 
-        Those of most integrators would not.
+        Errors of most integrators would not.
         """
         return max(self.shares.values()) > TOLERANCE
 
     @property
     def promising(self) -> tuple[str, ...]:
-        """The unknowns that explain most of what remains, to first order and alone."""
-        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, THRESHOLDS.max_answers)
+        """The unknowns that, each alone and to first order, explain most of the residual."""
+        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, THRESHOLDS.max_values)
         return tuple(UNKNOWNS[i] for (i,) in found.members.tolist())
 
     @property
     def log_odds(self) -> float:
-        """Logarithm of the odds of the likeliest cause, "none of these" among them."""
+        """Log odds of the likeliest cause; at least 0, the value for "none of these"."""
         return max([0.0, *(h.log_odds for h in (*self.known, *self.fitted))])
 
     @property
     def is_open(self) -> bool:
-        """True if there is a force or a term that no cause explains, and no integrator makes."""
+        """True if the residual shows a force or a term that no cause or integrator explains."""
         return self.leaves_force(_largest_relief(*self.known, *self.fitted))
 
     @property
     def largest(self) -> Hypothesis | None:
-        """The cause that explains most, however likely it is; None without any."""
+        """The cause that explains most, however unlikely it is; None if there are no causes."""
         return max((*self.known, *self.fitted), key=lambda h: h.relief, default=None)
 
     @property
     def is_met(self) -> bool:
-        """True if the right equations leave no more than the digits and the rows do."""
+        """True if the residual of the exact equations is within its resolution limit."""
         return bool(np.all(self._before * self._sizes <= MAX_ROUNDING_FLOORS * self.floors))
 
     def leaves_force(self, relief: float) -> bool:
-        """True if a cause of some relief leaves what no integrator does.
+        """True if a cause with this relief leaves a residual that no integrator makes.
 
-        Where the speed or a rate is not in the file, it may be another one than was taken.
+        False if the speed or a rate is not in the file: the computed one may be wrong.
         """
         return self._has_state and self.above > THRESHOLDS.force_ratio * relief
 
     @property
     def is_described(self) -> bool:
-        """True if what remains is worth telling by its equation and size: if it is seen."""
+        """True if the residual is visible and no integrator explains it, so it is reported."""
         return self.is_resolved and not self.methods
 
     @cached_property
     def acts_in(self) -> str:
-        """The equation in which most of what remains acts, as a generalised force.
+        """The equation in which the residual is largest, as a generalised force.
 
-        That is the mass matrix times accelerations; in parts of what all of them give there, the
-        geometric mean over the maneuvers.
+        The generalised force is the mass matrix times the residual accelerations. It is compared
+        relative to the one of the accelerations themselves, as a geometric mean over the maneuvers.
         """
         moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
@@ -326,25 +327,25 @@ class Residual:
             )
             found.append(np.log(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1)))
         shares = np.mean(found, axis=0)
-        # What leaves more than there is shows another column than it is taken for.
+        # A residual above the acceleration itself means that a column was read wrongly.
         told = shares if np.min(shares) > 0.0 else np.where(shares > 0.0, -np.inf, shares)
         return self.equations[int(np.argmax(told))]
 
     @property
     def definitions(self) -> Mapping[str, str]:
-        """Names of the columns of `STATE_KEYS`, as they were understood."""
+        """Names of the columns of `STATE_KEYS`, by the interpretation of the file."""
         return self.motions[0].definitions
 
     @property
     def best(self) -> Hypothesis | None:
-        """The fewest causes that explain nearly all by the equations alone; None if none do.
+        """As few causes as explain nearly all of the residual; None if none do.
 
-        Where a force is left several causes together mean nothing: each takes a share of it.
+        If a force remains, several causes together do not count: each explains a share of it.
         """
         sure = [
             h
             for h in (*self.known, *self.fitted)
-            if h.relief > THRESHOLDS.nearly and h.log_odds > THRESHOLDS.report_log_odds
+            if h.relief > THRESHOLDS.direction_factor and h.log_odds > THRESHOLDS.report_log_odds
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
         if not shows_equations(self):
@@ -352,15 +353,15 @@ class Residual:
         return min(sure, key=lambda h: (len(h.parts), -h.log_odds), default=None)
 
     def weighted(self, rows: Array) -> list[Array]:
-        """Return the rows of each block, weighted by how well their windows resolve them."""
+        """Return the rows of each block, weighted by the resolution of their windows."""
         return self.blocks(self._weights * rows)
 
     def blocks(self, rows: Array) -> list[Array]:
-        """Rows of each block: of each maneuver roll, steer, speed."""
+        """Split rows into blocks: roll, steer and speed of each maneuver."""
         return np.split(rows, self._cuts)
 
     def of(self, program: Program) -> Array:
-        """Return averages of a program's accelerations, shape (n,); NaN where it has none."""
+        """Return averages of a program's accelerations, shape (n,); NaN without a solution."""
         forces, unturned = forces_and_tensors(dict(program.motion.amounts))
         try:
             with np.errstate(all="ignore"):
@@ -394,7 +395,7 @@ class Residual:
         return Moving(equations, state, dict(unturned))
 
     def _left(self, accelerations: Array) -> Array:
-        """Root mean squares of what accelerations leave in each block, in parts of its size."""
+        """Root mean square of the residual in each block, relative to the size of the block."""
         with np.errstate(all="ignore"):
             rows = self.weighted(self.observed - accelerations)
             squares = np.array([np.mean(x**2) for x in rows]) + self.floors**2
@@ -406,17 +407,18 @@ class Residual:
         return float(np.exp(np.mean(np.log(self._before / self._left(accelerations)))))
 
     def relief(self, mistakes: Sequence[Cause]) -> float:
-        """Factor by which some mistakes let what remains fall."""
+        """Return the factor by which some mistakes reduce the residual."""
         return self._relief(self.of(apply(self.program, mistakes)))
 
     def leaves_more(self, mistakes: Sequence[Cause]) -> bool:
-        """True if some mistakes leave, as is seen, far more than digits and an integrator do.
+        """True if some mistakes leave a residual that neither digits nor an integrator explain.
 
-        An integrator's error is also in the rates, which are then not the slopes of the angles.
+        An integrator's error is also in the rates, which then differ from the slopes of the angles.
         """
         if self.visibility is not Visibility.EQUATIONS:
             return False
-        accelerations, (enough, _) = self.of(apply(self.program, mistakes)), THRESHOLDS.shows
+        accelerations = self.of(apply(self.program, mistakes))
+        enough = THRESHOLDS.visible_ratio
         left = self._left(accelerations) * self._sizes / self.floors
         return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
@@ -431,7 +433,7 @@ class Residual:
         return Hypothesis(mistakes, before, left, self._places)
 
     def _known(self, library: Sequence[Mistake]) -> tuple[Hypothesis, ...]:
-        """Mistakes of the library, alone and two together."""
+        """Judge mistakes of the library, alone and in pairs."""
         alone = {m.code: self._tried(apply(self.program, (m,))) for m in library}
         found = [self._compared((m,), alone[m.code]) for m in library]
         relief = {h.codes[0]: h.relief for h in found}
@@ -439,8 +441,8 @@ class Residual:
         pairs = []
         for i, first in enumerate(ranked[: THRESHOLDS.max_pairs]):
             for second in ranked[i + 1 :]:
-                # What two mistakes add is nearly the sum of what each does. A small one beside a
-                # large one may make it worse alone.
+                # The effect of two mistakes is nearly the sum of their effects. A small mistake may
+                # increase the residual alone, but reduce it together with a large one.
                 both = alone[first.code] + alone[second.code] - self._right
                 about = self._relief(both)
                 if about > THRESHOLDS.min_pair_gain * max(relief[first.code], 1.0):
@@ -453,7 +455,7 @@ class Residual:
         return tuple(sorted(found, key=lambda h: -h.relief))
 
     def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
-        """The fewest unknowns that are likelier than fewer are, and than the library is."""
+        """Fit as few unknowns as explain the residual, if they are likelier than the library."""
         enough = self.limit / CLEARLY
         known = self.known[0]
         if (
@@ -477,29 +479,29 @@ class Residual:
             self._leaves,
             self.floors,
             len(self.motions),
-            THRESHOLDS.promise[0],
-            needed=THRESHOLDS.explains,
+            THRESHOLDS.residual_exponent,
+            needed=THRESHOLDS.explained_factor,
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
-        """Blocks of what the accelerations of each program leave."""
+        """Blocks of the residual with the accelerations of each program."""
         return [self.weighted(self.observed - self._tried(p)) for p in programs]
 
     def _tried(self, program: Program) -> Array:
-        """`of` a program that is one of many, if time is left."""
+        """Check the time limit, then return the accelerations of a program, see `of`."""
         self._deadline.check()
         return self.of(program)
 
     @cached_property
     def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
-        """Of each maneuver whose first rows are those of a start, see `start_shown`."""
+        """Initial states and their scatter, see `start_shown`, by maneuver that has first rows."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        # Motions that have blown up lead nowhere.
+        # Motions that have blown up give infinities or NaN, without warnings.
         with np.errstate(all="ignore"):
             return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
-        """Mistakes of the start that come nearer to the file's own than the right one does."""
+        """Return mistakes of the start that are nearer to the file's start than the given one."""
         own = {m.number: self._starts_shown[m.number][0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
@@ -511,10 +513,13 @@ class Residual:
 
         right = distance(self.program)
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
-        return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_pairs] if x < right]
+        return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_starts] if x < right]
 
     def other_starts(self) -> list[FittedValues]:
-        """The start of each maneuver that its own rows lead back to, in what is another."""
+        """Return the initial values, for each maneuver, that differ from the given ones.
+
+        They are found by integrating back from the file's own rows, see `start_shown`.
+        """
         found = []
         for m in self.motions:
             if not m.is_begun:
@@ -522,8 +527,12 @@ class Residual:
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
-            # By more than the rows disagree, and not next to nothing of what is off most.
-            least = THRESHOLDS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
+            # A value differs if its change exceeds the scatter of the rows, and is not negligible
+            # relative to the largest change.
+            least = (
+                THRESHOLDS.start_scatter_factor * scatter
+                + TOLERANCE * np.max(np.abs(off) / size) * size
+            )
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}
@@ -533,7 +542,7 @@ class Residual:
 
 
 def shows_equations(residual: Residual | None) -> bool:
-    """True if a file's motion, with all columns of the state, shows the equations of motion."""
+    """True if a file contains all columns of the state, and its rows resolve the equations."""
     return residual is not None and residual.visibility is Visibility.EQUATIONS
 
 
@@ -546,5 +555,5 @@ def _rms(x: Array) -> float:
 
 
 def _given(program: Program, number: int) -> Array:
-    """Columns of `observed.STATE_KEYS` at the start of a maneuver."""
+    """Columns of `observed.STATE_KEYS` at the start of a maneuver, as given."""
     return np.delete(np.array(beginning(program, number)), 1)
