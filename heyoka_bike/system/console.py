@@ -42,7 +42,7 @@ def patience(doing: str) -> AbstractContextManager[Any]:
 
 
 @contextmanager
-def told_after(seconds: float, said: str) -> Iterator[None]:
+def notice_if_slow(seconds: float, said: str) -> Iterator[None]:
     """Print a line on standard error if the block takes longer than this."""
     timer = Timer(seconds, lambda: print(said, file=sys.stderr, flush=True))
     timer.daemon = True

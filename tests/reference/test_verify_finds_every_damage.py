@@ -196,7 +196,7 @@ def test_other_files_are_named_and_do_no_harm(small, capsys):
     assert err == ""
     assert main(["verify", str(small)]) == 0
     *_, told, counted = capsys.readouterr().out.splitlines()
-    assert "WARNING: not part of the set, and not looked at: " in told
+    assert "WARNING: not part of the dataset and not checked: " in told
     assert counted.endswith("0 failed")
     (other,) = [c for c in json.loads(out)["checks"] if c["check"] == "other_files"]
     assert other["evidence"]["files"] == ["notes.txt", "plots"]

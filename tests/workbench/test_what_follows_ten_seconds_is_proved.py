@@ -67,7 +67,7 @@ def test_the_published_file_is_read_and_compared(proved, copy, capsys):
     code, out, err = certify(copy, capsys)
     assert (code, err) == (0, "")
     assert "There is a cycle" in out
-    assert "proved: after-ten-seconds.json, 23 numbers and these sentences" in out
+    assert "proved: after-ten-seconds.json, 23 numbers and the sentences above" in out
 
 
 def changed(document):
