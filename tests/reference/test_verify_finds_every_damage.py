@@ -118,7 +118,7 @@ def test_what_is_beside_the_published_set_is_looked_at(copy):
     *_, checks = check_files(copy)
     (missing,) = [c for c in checks if c.passed is False]
     assert (missing.file, missing.message) == (f"{AFTER}/candidate.h5", "is missing")
-    assert "not part of the set: 'after-ten-seconds/more.txt'" in checks[-1].message
+    assert "not part of the dataset: 'after-ten-seconds/more.txt'" in checks[-1].message
     shutil.rmtree(copy / AFTER)
     files = [f"{AFTER}/{AFTER}.json", f"{AFTER}/candidate.h5"]
     # Before 2.0.0 a copy of the dataset may lack the folder, but the package may not.
