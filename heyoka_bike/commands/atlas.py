@@ -19,8 +19,8 @@ examples:
   heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr
   heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr
 
-exit codes: 130 interrupted, finished points are kept; 3 --prove could not decide a point.
-docs/atlas.md explains how each point is classified.
+exit codes: 3 --prove left a point undecided; 130 interrupted, finished points are
+kept. docs/atlas.md explains how each point is classified.
 """
 
 from __future__ import annotations

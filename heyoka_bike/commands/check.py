@@ -9,8 +9,8 @@ The file is a table in any format that 'score' reads. Its columns have names wit
 their numbers) or by the columns roll_angle, steer_angle, roll_rate, steer_rate and forward_speed.
 The other columns are the quantities to check.
 
-exit codes: 0 every value in the table is right; 1 the table cannot be used; 2 nothing to compare;
-3 a level is wrong.
+exit codes: 0 every value in the table is right; 1 the table cannot be used;
+2 nothing to compare; 3 a level is wrong.
 
 examples:
   heyoka-bike check --states states.csv

@@ -43,7 +43,7 @@ def add_parser(subparsers: Any) -> None:
         "the proxy may strip the path from requests or keep it",
         "--open": "open the page in the browser",
         "--max-size MB": "largest size of a request [MB] (default 100)",
-        "--keep MINUTES": "time for which a result is kept [minutes] (default 1440, a day)",
+        "--keep MINUTES": "time for which a result is stored [minutes] (default 1440, a day)",
         "--workers N": "files scored at the same time (default: one for each processor)",
         "--queue N": "files that may wait; further ones are answered 'busy' (default 100)",
         "--memory MB": "memory limit for one file [MB] (default 2000)",
