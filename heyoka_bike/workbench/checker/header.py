@@ -38,7 +38,7 @@ _STATES_STORED = (
     "yaw",
 )
 # Chebyshev coefficients whose sum is below this fraction of the scale are left out.
-_UNSEEN = 2.0**-57
+_NEGLIGIBLE = 2.0**-57
 _PER_LINE = 4
 
 
@@ -79,7 +79,7 @@ def _kept(m: ReferenceManeuver) -> list[list[Array]]:
     found = []
     for piece in range(len(m.breaks) - 1):
         rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
-        limits = [_UNSEEN * m.scale(name) for name in _STATES_STORED]
+        limits = [_NEGLIGIBLE * m.scale(name) for name in _STATES_STORED]
         found.append([_seen(c, limit) for c, limit in zip(rows, limits, strict=True)])
     return found
 

@@ -168,7 +168,7 @@ def _replay_data(bicycle: Bicycle) -> dict[str, Any]:
         "smallestGap": scenes.SMALLEST_GAP,
         "outOfSight": scenes.OUT_OF_SIGHT,
         "derived": scenes.DERIVED,
-        "brought": scenes.BROUGHT,
+        "brought": scenes.CONVERTED_NOTE,
     }
 
 
