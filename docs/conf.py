@@ -42,10 +42,10 @@ nitpick_ignore_regex = [
     # Private fields of dataclasses.
     (r"py:class", r".*\._\w+"),
     # Types that are not among the public names.
-    (r"py:class", r"heyoka_bike\.(bicycle\.columns\.Column|scoring\.grades\.Grade)"),
+    (r"py:class", r"heyoka_bike\.(bicycle\.column\.Column|scoring\.grades\.Grade)"),
     (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
     (r"py:class", r"heyoka_bike\.motion\.trajectory\.Drift"),
-    (r"py:class", r"heyoka_bike\.scoring\.(evidence|outcomes)\.\w+"),
+    (r"py:class", r"heyoka_bike\.scoring\.(evidence\.\w+|outcomes)\.\w+"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]

@@ -39,7 +39,7 @@ from heyoka_bike.numbers.exact import Exact as Exact
 
 # Make and check sets.
 from heyoka_bike.reference.making import generate as generate
-from heyoka_bike.reference.proof.certificate import certify as certify
+from heyoka_bike.reference.proof.certify import certify as certify
 from heyoka_bike.reference.verification.verify import verify as verify
 from heyoka_bike.system.parallel import using as using
 

@@ -34,7 +34,7 @@ class Displayed:
         return html.piece(tuple(getattr(views, self._view)(self)))
 
 
-class Held(Mapping[K, V]):
+class IdentityMapping(Mapping[K, V]):
     """A mapping of what an object holds; two are equal only if they are the same object."""
 
     __slots__ = ()

@@ -1,6 +1,6 @@
-"""Errors of the package, and the exit code each of them ends with.
+"""Errors of the package, each with the exit code of the command line.
 
-An error message is one line: where (file, line, column), what was found, what was expected.
+An error message is one line: the place (file, line, column), what was found, what was expected.
 """
 
 from collections.abc import Iterable, Sequence
@@ -35,9 +35,9 @@ class InputError(BicycleError, ValueError):
     Parameters
     ----------
     message : str
-        What was found and what was expected.
+        The text: what was found, and what was expected instead.
     file, line, column
-        Where, as far as known; lines and columns count from 1.
+        The place, as far as it is known; lines and columns count from 1.
     """
 
     def __init__(
@@ -61,14 +61,14 @@ class InputError(BicycleError, ValueError):
 
 
 class SingularMotionError(BicycleError, ArithmeticError):
-    """The motion meets a singularity of the model before its end.
+    """The motion reaches a singularity of the model before its end.
 
     Parameters
     ----------
     message : str
         What became singular.
     time : float
-        When [s].
+        Time of the singularity [s].
     """
 
     def __init__(self, message: str, time: float) -> None:
@@ -80,7 +80,7 @@ class SingularMotionError(BicycleError, ArithmeticError):
 
 
 class UndecidedError(BicycleError, ArithmeticError):
-    """A value whose correctly rounded form the available digits do not decide."""
+    """A value that cannot be rounded correctly, because it is not known to enough digits."""
 
     exit_code = Exit.CHECK_FAILED
 
@@ -100,13 +100,20 @@ class MissingPackageError(BicycleError, ImportError):
 
 
 def required(module: str, said: str) -> ModuleType:
-    """A module of an optional package, imported.
+    """Import a module of an optional package.
+
+    Parameters
+    ----------
+    module
+        Its full name.
+    said
+        Message of the error: the package is not installed, and how to install it.
 
     Raises
     ------
     MissingPackageError
-        The package is not installed; `said` says so, and how to install it. (A package that it
-        needs itself, and does not find, is the error of the import.)
+        The package is not installed. (If one of its own dependencies is missing, the original
+        `ModuleNotFoundError` is raised.)
     """
     try:
         return import_module(module)
@@ -117,45 +124,45 @@ def required(module: str, said: str) -> ModuleType:
 
 
 GENERATE = "pip install 'heyoka_bike[generate]'"
-"""Command that installs the packages that integrate."""
+"""Command that installs the packages needed for integration."""
 
 
 class WorkerLostError(BicycleError, RuntimeError):
-    """A process that did a part of the work ended, again and again, or its cluster did."""
+    """A worker process, or its whole cluster, ended repeatedly before its work was done."""
 
     exit_code = Exit.INTERNAL
 
 
 class SchedulerLostError(WorkerLostError):
-    """The scheduler of a cluster ended, or cannot be reached any more."""
+    """The scheduler of a cluster ended or can no longer be reached."""
 
     exit_code = Exit.INPUT
 
 
 class VersionsDifferError(BicycleError, RuntimeError):
-    """A worker of a cluster has other versions, so that its results might differ."""
+    """A worker of a cluster has different package versions, so its results might differ."""
 
 
 class NothingScoredError(BicycleError, ValueError):
-    """A result file that can be read, but of which nothing can be compared with the reference."""
+    """A result file that is readable, but contains nothing to compare with the reference."""
 
     exit_code = Exit.NOTHING_SCORED
 
 
 def printable(text: str) -> str:
-    """The text on one line: what cannot be printed is escaped."""
+    """Return the text on one line, with unprintable characters escaped."""
     return "".join(ch if ch.isprintable() else ch.encode("unicode_escape").decode() for ch in text)
 
 
 def quoted(text: str, limit: int = 40) -> str:
-    """The text in single quotes for a message, printable and shortened to `limit`."""
+    """Return the text in single quotes for a message, printable and at most `limit` long."""
     if len(text) <= limit:
         return f"'{printable(text)}'"
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
 
 
 def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 8) -> str:
-    """The first names in quotes for a message, each with a text beside it, and how many more."""
+    """List the first names in quotes, each followed by its text in `beside`; count the others."""
     shown = [
         quoted(name) + text
         for name, text in zip_longest(names[:limit], beside[:limit], fillvalue="")
@@ -165,12 +172,12 @@ def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 
 
 
 def shortened(text: str, limit: int = 40) -> str:
-    """The text for a list of names, printable and shortened to `limit`."""
+    """Return the text for a list of names, printable and at most `limit` long."""
     return printable(text if len(text) <= limit else f"{text[:limit]}...")
 
 
 def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
-    """Return the message about a word that is not known, or is none: it, and all that are known."""
+    """Return the message about an unknown word, or an object that is no word, with all known."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
     if not isinstance(word, str):
         return f"found {printable(repr(word))[:60]} ({type(word).__name__}), expected {what}{some}"
@@ -178,7 +185,7 @@ def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The end of a message about a word that is not known: the one that it is most like, if any."""
+    """Return the end of a message about an unknown word: the most similar known one, if any."""
     from difflib import get_close_matches
 
     close = get_close_matches(word[:40].lower(), list(known), 1)

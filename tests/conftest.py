@@ -26,7 +26,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
@@ -95,7 +95,7 @@ class RememberingSimulator(Simulator):
         self.known: dict[Hashable, dict[str, Array]] = {}
 
     def run_all(
-        self, motions: Sequence[AskedMotion], deadline: Deadline = NEVER
+        self, motions: Sequence[MotionRequest], deadline: Deadline = NEVER
     ) -> list[dict[str, Array]]:
         keys = [
             (*m.bicycle.values.items(), *m.start, *m.amounts.items(), m.time.tobytes())

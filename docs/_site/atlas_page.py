@@ -21,7 +21,7 @@ from heyoka_bike.system.parallel import processors
 from heyoka_bike.system.resources import benchmark_bicycle
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UPRIGHT, WEAVES
 from heyoka_bike.workbench.atlas.design import axis, design
-from heyoka_bike.workbench.atlas.make import edge
+from heyoka_bike.workbench.atlas.make import bisect_boundary
 from heyoka_bike.workbench.atlas.store import load_atlas
 from speed_page import filled
 from timed import content, timed
@@ -88,7 +88,7 @@ def edge_at_anchor():
         read_bicycle(benchmark_bicycle()),
         [axis(f"{ANCHOR}:{ANCHOR + 1}:2", "speed"), axis("2:3:2", "roll_rate")], {}, 200.0,
     )  # fmt: skip
-    _, stays, falls = edge(wanted, np.array([ANCHOR]), np.array([2.4]), np.array([2.5]))
+    _, stays, falls = bisect_boundary(wanted, np.array([ANCHOR]), np.array([2.4]), np.array([2.5]))
     return f"At {ANCHOR} m/s they are {stays[0]!s} and {falls[0]!s} rad/s."
 
 

@@ -25,7 +25,7 @@ from heyoka_bike.reference.layout import TEXT_50
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.wording import reference_words
+from heyoka_bike.showing.wording.origin_text import reference_words
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.header import checker_header
 from heyoka_bike.workbench.checker.page import checker_page

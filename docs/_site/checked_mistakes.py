@@ -19,7 +19,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Motion, Program
-from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
+from heyoka_bike.scoring.instants.check import binary64_states, check, quantities_of_states
 from heyoka_bike.system.resources import benchmark_bicycle
 from marked_parts import filled
 
@@ -44,10 +44,10 @@ def computed(program):
     """What a program has of each known state, by name."""
     states = given()
     try:
-        found = dict(of_own(program.motion.bicycle, states))
+        found = dict(quantities_of_states(program.motion.bicycle, states))
     except (BicycleError, ArithmeticError, ValueError):
         # Without mass there are no linear equations.
-        found = dict(of_own(program.motion.bicycle, states, is_linear=False))
+        found = dict(quantities_of_states(program.motion.bicycle, states, is_linear=False))
     if program.motion.amounts:
         equations, state = binary64_states(program.motion.bicycle, states)
         rates = list(Instant.of(equations, state).rates)

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.showing.wording import label, number, one_decimal
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.number_text import number, one_decimal
 from speed_page import table
 
 ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")

@@ -21,7 +21,8 @@ from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind
 from field_harder import LEAST, counted, drift, harder, largest, seconds
 from field_race import judged, race
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.showing.wording import label, one_decimal
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.number_text import one_decimal
 from heyoka_bike.workbench.style import render
 from speed_page import filled, table
 

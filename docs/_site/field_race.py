@@ -2,7 +2,7 @@
 
 from field_figures import PASSES, RIGHT
 from field_harder import counted, times
-from heyoka_bike.showing.wording import number, one_decimal
+from heyoka_bike.showing.wording.number_text import number, one_decimal
 from speed_page import table
 
 

@@ -1,7 +1,6 @@
 """The table of findings in docs/reference/findings.md: codes, severities and what was seen.
 
-A class of evidence has its code. The codes of a diagnosis are in `heyoka_bike.showing.causes`. Run
-as a script, this writes the table.
+Each class of evidence has its code. Run as a script, this writes the table.
 """
 
 import ast
@@ -12,9 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from heyoka_bike.scoring.diagnosis import found
+from heyoka_bike.scoring.diagnosis import conclusions
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.showing import causes
 from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
@@ -72,7 +70,7 @@ def classes() -> dict[str, type]:
     modules = [import_module(f"heyoka_bike.scoring.evidence.{name}") for name in _MODULES]
     return {
         name: x
-        for module in (*modules, found)
+        for module in (*modules, conclusions)
         for name, x in vars(module).items()
         if isinstance(x, type) and issubclass(x, Evidence) and x.__module__ == module.__name__
     }
@@ -81,20 +79,9 @@ def classes() -> dict[str, type]:
 def findings() -> dict[str, list[Code]]:
     """The codes of each class of evidence that has a sentence."""
     every = {}
-    of_diagnosis = ast.parse(inspect.getsource(causes))
-    sentences = {
-        ast.unparse(x.args.args[0].annotation).removeprefix("seen."): x
-        for x in of_diagnosis.body
-        if isinstance(x, ast.FunctionDef) and x.name == "_"
-    }
     for name, x in classes().items():
-        module = of_diagnosis
-        if name in sentences:
-            codes = [*_codes(sentences[name], of_diagnosis)]
-        else:
-            module = ast.parse(inspect.getsource(sys.modules[x.__module__]))
-            codes = [*_codes_of_class(x, module)]
-        if codes := dict.fromkeys(codes):
+        module = ast.parse(inspect.getsource(sys.modules[x.__module__]))
+        if codes := dict.fromkeys(_codes_of_class(x, module)):
             every[name] = [*codes]
     return every
 

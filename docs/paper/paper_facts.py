@@ -169,8 +169,8 @@ def recognised(error):
 def foreign(what):
     """Of mistakes by somebody who knew nothing of the library: made, and what was said of them."""
     found = re.search(
-        r"Another (\d+) mistakes .*?: (\d+) were named first, (\d+) nearly, of (\d+) nothing was "
-        r"said, and of (\d+)\s", " ".join(text_of("docs/reference/mistakes.md").split()),
+        r"Another (\d+) mistakes .*?: (\d+) were named first, (\d+) nearly, for (\d+) nothing was "
+        r"reported, and for (\d+)\s", " ".join(text_of("docs/reference/mistakes.md").split()),
     )  # fmt: skip
     names = ("made", "first", "nearly", "silent", "wrong")
     counts = dict(zip(names, map(int, found.groups()), strict=True))

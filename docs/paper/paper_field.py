@@ -170,7 +170,7 @@ def atlas(what):
         part("atlas.md", "energy"),
     )
     return {
-        "starts": lambda: f"{int(among(page, r'([0-9]+) × [0-9]+ of them')) ** 2:,}",
+        "starts": lambda: f"{int(among(page, r'([0-9]+) × [0-9]+ points')) ** 2:,}",
         "duration": lambda: among(page, r"followed for at most ([0-9]+) s"),
         "falls": lambda: among(inside, r"range ([0-9]+) %"),
         "rate": lambda: among(inside, r"more than ([0-9.]+) rad/s"),

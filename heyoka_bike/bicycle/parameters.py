@@ -120,8 +120,8 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 }
 """The entries of a maneuver; speed, roll_rate, duration and spacing are required."""
 
-PERFORMANCE_LIMIT = Parameter("what eq. (1) of the benchmark must be less than", "%", _POSITIVE)
-"""An optional entry of a maneuver: a limit in the benchmark's eq. (1), not an input of the
+PERFORMANCE_LIMIT = Parameter("upper limit on eq. (1) of the benchmark", "%", _POSITIVE)
+"""An optional entry of a maneuver: the limit on eq. (1) of the benchmark, which does not affect the
 motion."""
 
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
@@ -255,8 +255,9 @@ def read_bicycle(path: str | Path) -> Bicycle:
     Raises
     ------
     InputError
-        Not readable, not TOML, a parameter missing, unknown, given twice, not a number, in another
-        unit, or outside the model's range. The error names the file and the key.
+        The file is not readable or not valid TOML, or a parameter is missing, unknown, given twice,
+        not a number, in a wrong unit, or outside the model's range. The error names the file and
+        the key.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, _TOP | {"parameters"}, ())
@@ -292,7 +293,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     Raises
     ------
     InputError
-        With file and key, as for `read_bicycle`.
+        As in `read_bicycle`; or two maneuvers have the same name.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, _TOP | {"maneuver"}, ())
@@ -304,7 +305,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     for i, m in enumerate(maneuvers):
         if m.name in first:
             raise source.error(
-                f"found {quoted(m.name)}, already that of maneuver {first[m.name] + 1}, "
+                f"found {quoted(m.name)}, already the name of maneuver {first[m.name] + 1}, "
                 "expected different names",
                 ("maneuver", i, "name"),
             )
@@ -415,12 +416,12 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
 def _read_value(
     source: TomlSource, entry: object, parameter: Parameter, where: Where, known: Collection[str]
 ) -> tuple[Exact, Exact | None]:
-    """Read a number, alone or in a table with its unit and maybe its standard deviation."""
+    """Read a number, alone or in a table with its unit; also return its standard deviation."""
     if not isinstance(entry, dict):
         return source.number(entry, where), None
     source.refuse_unknown(entry, known, where)
     if "value" not in entry:
-        raise source.error("found a table without 'value', expected one", where)
+        raise source.error("found a table without 'value', expected an entry 'value'", where)
     for note in ("name", "symbol", "source"):
         if note in entry:
             source.line_of_text(entry, note, where, limit=1000)
@@ -459,7 +460,7 @@ def _read_value(
 
 
 def _check_range(source: TomlSource, x: Exact, parameter: Parameter, where: Where) -> None:
-    """Refuse what the model cannot use."""
+    """Raise an error if the model cannot use the value."""
     if not x.is_rational and not parameter.takes_pi:
         raise source.error(f"found {_show(x)}, expected a number without pi", where)
     if not _RANGES[parameter.expected](x):

@@ -1,7 +1,7 @@
 """Shapes of bicycle and rider: solids of spheres, fixed in frame or fork.
 
-The four bodies of the model have no shape. Wheels, steer axis, hubs and the centre of mass B are
-where the parameters say; frame, fork and rider are drawn around them. As in the benchmark, the
+The four bodies of the model have no shape. The parameters determine the wheels, the steer axis, the
+hubs and the centre of mass B; frame, fork and rider are drawn around them. As in the benchmark, the
 rider is rigid with the frame and does not hold the handlebar. Bicycles measured without a rider
 have none.
 """
@@ -14,22 +14,22 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 
-# Distance of the benchmark's P2 up the steer axis from the floor; it reproduces the printed digits
-# [m].
+# Distance of the benchmark's point P2 from the floor along the steer axis [m]; it reproduces the
+# digits printed in the benchmark.
 _P2 = 0.9
 # The drawing fits wheels whose radii have this sum, and a rider with B at this height [m].
 _DRAWN_WHEELS, _DRAWN_B = 0.65, 0.9
-_DRAWN_X = 0.3  # place of B ahead of the rear hub in the drawing [m]
+_DRAWN_X = 0.3  # distance of B ahead of the rear hub in the drawing [m]
 _SCALES = (0.8, 2.0)
 _RIDER = 40.0
-"""A rear frame of at least this mass includes a rider [kg]; without one they weigh 3 to 23 kg."""
+"""Mass from which a rear frame includes a rider [kg]; frames without a rider have 3 to 23 kg."""
 
 COLOURS = {
     "frame": "#d55e00", "metal": "#8d969f", "dark": "#3a4048", "tyre": "#24282d",
     "skin": "#d9a982", "shirt": "#e69f00", "shorts": "#4a5663", "helmet": "#f4f5f6",
     "floor": "#d8dadb",
 }  # fmt: skip
-"""Colours on a light page: of the solids, the tyres and the floor."""
+"""Colours of the solids, the tyres and the floor on a light page."""
 
 Point = tuple[float, float, float]
 _To = Callable[[float, float, float], Point]

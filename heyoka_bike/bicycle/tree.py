@@ -1,8 +1,8 @@
-"""The bicycle in the form of physics engines: a tree of four links and three hinges, z up.
+"""The bicycle as physics engines describe it: a tree of four links and three hinges, z up.
 
-The axes are x forward, y to the left, z up: those of the parameters after half a turn about x. When
-the bicycle is upright and straight, all frames are parallel to the ground frame, and its origin is
-the rear contact point. The steer axis points down, so right is positive.
+The axes are x forward, y to the left, z up: the parameters' axes, rotated by half a turn about x.
+If the bicycle is upright and straight, all frames are parallel to the ground frame, and its origin
+is the rear contact point. The steer axis points down, so right is positive.
 """
 
 from __future__ import annotations

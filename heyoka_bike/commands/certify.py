@@ -66,7 +66,8 @@ def _after(args: argparse.Namespace) -> int:
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
     from heyoka_bike.reference.manifest import read_manifest
-    from heyoka_bike.reference.proof.certificate import certify, entry, proved
+    from heyoka_bike.reference.proof.certificate import entry, proved
+    from heyoka_bike.reference.proof.certify import certify
     from heyoka_bike.reference.structure import COLUMNS_OF
 
     folder = args.dir or reference_folder()

@@ -51,10 +51,9 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.commands.result_files import maneuvers_of, parse_budget, read
     from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.scoring.diagnosis.conclusions import NothingToDiagnose
     from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
-    from heyoka_bike.scoring.diagnosis.found import NothingToDiagnose
     from heyoka_bike.scoring.score import score
-    from heyoka_bike.showing import causes
     from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
@@ -70,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
             diagnosed_elsewhere, [(score(files, reference), reference, budget)], [("", 1.0)],
             lambda name, stage, share: progress(share),
         )  # fmt: skip
-    nothing = causes.finding(NothingToDiagnose())
+    nothing = NothingToDiagnose().finding()
     if nothing in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {nothing.message}")
     text = diagnosis(found, has_details=args.details)

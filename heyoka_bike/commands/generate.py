@@ -30,7 +30,7 @@ from heyoka_bike.version import __version__
 if TYPE_CHECKING:
     from heyoka_bike.motion.events import Ending
     from heyoka_bike.reference.making import Generated
-    from heyoka_bike.reference.proof.certificate import Table
+    from heyoka_bike.reference.proof.compute_table import Table
 
 _DIGITS_ASKED = 70
 _HEADINGS = (

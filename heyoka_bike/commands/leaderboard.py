@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     name = _format(args)
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.showing.document import html
-    from heyoka_bike.showing.wording import origin
+    from heyoka_bike.showing.wording.origin_text import origin
     from heyoka_bike.system.files import write_output
     from heyoka_bike.workbench.leaderboard.document import document, render_json
     from heyoka_bike.workbench.leaderboard.ranking import leaderboard

@@ -10,7 +10,7 @@ from string import Template
 from typing import Any
 
 from heyoka_bike.errors import Exit, unknown_word
-from heyoka_bike.scoring.diagnosis.budget import SECONDS
+from heyoka_bike.scoring.diagnosis.budget import DEFAULT_BUDGET
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 _FILES = ("FILE", "NAME|FILE", "FILE_OR_DIR", "FILE_OR_FOLDER")
@@ -99,8 +99,8 @@ COLUMNS = {
     "500000000)",
 }
 BUDGET = {
-    "--budget S": f"limit of the diagnosis in processor time [s] (default: {SECONDS:g}); at the "
-    "limit the causes found so far are reported, with exit code 4",
+    "--budget S": "limit of the diagnosis in processor time [s] (default: "
+    f"{DEFAULT_BUDGET:g}); at the limit the causes found so far are reported, with exit code 4",
     "--thorough": "also try pairs of mistakes if the file shows a force that no single mistake "
     "explains",
 }

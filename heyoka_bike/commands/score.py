@@ -95,7 +95,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
-    from heyoka_bike.showing.wording import origin, reports
+    from heyoka_bike.showing.wording.origin_text import origin
+    from heyoka_bike.showing.wording.run_text import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)

@@ -109,7 +109,7 @@ def _board(args: argparse.Namespace) -> str | None:
         return None
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.showing.document import html
-    from heyoka_bike.showing.wording import origin
+    from heyoka_bike.showing.wording.origin_text import origin
     from heyoka_bike.system.console import progress_bar
     from heyoka_bike.workbench.leaderboard.document import document
     from heyoka_bike.workbench.leaderboard.ranking import leaderboard

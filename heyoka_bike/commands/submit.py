@@ -50,7 +50,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.score import score
     from heyoka_bike.showing.formats.output import render
-    from heyoka_bike.showing.wording import limit_words, origin
+    from heyoka_bike.showing.wording.number_text import limit_words
+    from heyoka_bike.showing.wording.origin_text import origin
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     (cpu,) = positive_numbers("--cpu", args.cpu)[:1]

@@ -5,9 +5,9 @@ ball arithmetic shows one of three things on each span, for every state that the
 there:
 
 - the function does not vanish;
-- its rate does not vanish. Newton's method in intervals then leaves a tiny span outside of which
-  the function has known signs, or nothing;
-- shorter spans would not help: in the middle the function cannot be told from zero, and
+- its rate does not vanish. Newton's method in intervals then either shows that there is no zero, or
+  isolates a tiny span outside of which the function has known signs;
+- shorter spans would not help: in the middle the function cannot be distinguished from zero, and
   over the span it changes by less than its uncertainty.
 
 A piece is examined only inside its own interval, where its bounds hold. Adjacent spans that may
@@ -24,7 +24,7 @@ The model keeps both wheels on the floor, so its normal forces may pull. A *fall
 which a real bicycle would not follow the model: the first time that a normal force is zero, or the
 end of the model, where a wheel lies on the floor.
 
-A set of rows ends at the last row that the motion reaches (`ending`). If that is earlier than
+A dataset ends at the last row that the motion reaches (`ending`). If that is earlier than
 requested, the name of the maneuver says so, in every file.
 """
 
@@ -62,10 +62,10 @@ SINGULAR = "singularity"
 FALL = "fall"
 """The first of `REAR_LIFT`, `FRONT_LIFT` and `SINGULAR`."""
 
-LONGEST = Fraction(1000)
+MAX_SEARCH_TIME = Fraction(1000)
 """The search for a fall ends at this time [s]."""
 
-_FIRST_LOOK, _LONGER = Fraction(16), 4
+_FIRST_SEARCH, _GROWTH = Fraction(16), 4
 # The precise run ends this long after the event that the binary64 run found [s]: far more than the
 # error of binary64, and far less than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
@@ -83,8 +83,8 @@ _SLACK = 1e-7
 _TERMS_OF_PIECE, _LAST_TERMS = 24, 3  # of the Taylor series
 _RADIUS_OF_SAMPLES = 4  # of `Samples`: aliasing changes terms by less than 4^-32 of the function
 _PIECES_AT_ONCE = 512  # pieces in one array
-# Fraction of a piece. Without a certificate, a zero this close to a start that is a zero is the
-# start.
+# If the function is zero at the start, and there is no certificate, a zero within this fraction of
+# the first piece is the start itself.
 _AT_START = Fraction(1, 2**24)
 
 
@@ -161,16 +161,16 @@ class Followed:
 @with_usual_errors
 def follow(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision | str | int = "binary64", *,
-    until: str = FALL, longest: Fraction = LONGEST,
+    until: str = FALL, longest: Fraction = MAX_SEARCH_TIME,
 ) -> Followed:  # fmt: skip
     """Integrate a maneuver until an event happens, whatever its own duration is.
 
     Parameters
     ----------
     bicycle, maneuver
-        What is integrated.
+        The bicycle and the maneuver to integrate.
     precision
-        Of the run and of the event, see `Precision.of`.
+        Precision of the run and of the event, see `Precision.of`.
     until
         `FALL`, or one of `KINDS`; a singularity ends the motion in any case.
     longest : Fraction
@@ -184,7 +184,8 @@ def follow(
     Raises
     ------
     InputError
-        The initial state is unreachable, or a wheel is pulled to the floor there; another `until`.
+        The initial state is unreachable, a wheel is pulled to the floor there, or `until` is
+        unknown.
     MissingPackageError
         heyoka is not installed.
     """
@@ -203,13 +204,13 @@ def follow(
 
 
 def first_event(
-    bicycle: Bicycle, maneuver: Maneuver, *, until: str = FALL, longest: Fraction = LONGEST
+    bicycle: Bicycle, maneuver: Maneuver, *, until: str = FALL, longest: Fraction = MAX_SEARCH_TIME
 ) -> Event | None:
-    """The first event after the start, from a run in binary64; see `follow`."""
+    """Return the first event after the start, from a run in binary64; see `follow`."""
     if until != FALL and until not in KINDS:
-        raise InputError(f"found event '{until}', expected {', '.join((FALL, *KINDS))}")
+        raise InputError(f"found event '{until}', expected one of {', '.join((FALL, *KINDS))}")
     kinds = (REAR_LIFT, FRONT_LIFT) if until == FALL else (until,)
-    duration = min(_FIRST_LOOK, longest)
+    duration = min(_FIRST_SEARCH, longest)
     while True:
         singular: Event | None = None
         try:
@@ -224,11 +225,11 @@ def first_event(
         found = next(_decided(run, kinds), singular)
         if found is not None or duration == longest:
             return found
-        duration = min(duration * _LONGER, longest)
+        duration = min(duration * _GROWTH, longest)
 
 
 def singularity(error: SingularMotionError) -> Event:
-    """The event that stopped a run."""
+    """Return the singularity that stopped a run as an event."""
     time = flint.arb(error.time, float(_BEFORE_SINGULARITY))
     return Event(SINGULAR, time, rises=None, is_single=False)
 
@@ -242,7 +243,7 @@ def events(
     ----------
     run : Trajectory
     kinds
-        Of `KINDS`.
+        Keys of `KINDS`.
     certificate : Certificate, optional
         The certificate of the run. With it, every event of the exact motion is one of the events
         yielded, and their times are enclosures: this is proved in ball arithmetic. Without it, the
@@ -284,7 +285,7 @@ def zeros(
     what
         Name of the events.
     """
-    along = _Along(run, quantity, certificate)
+    along = _FunctionAlongRun(run, quantity, certificate)
     found = []
     with along.at.balls.precision():
         start = along.exact_start()
@@ -333,7 +334,7 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
         yield group, before, 0
 
 
-class _Along:
+class _FunctionAlongRun:
     """A function of the state along a run, in ball arithmetic."""
 
     def __init__(
@@ -345,18 +346,18 @@ class _Along:
         self.samples = Samples.of(self.at.balls.bits, _TERMS_OF_PIECE, _RADIUS_OF_SAMPLES)
 
     def exact_start(self) -> flint.arb:
-        """The function at the exact initial state."""
+        """Return the function at the exact initial state."""
         equations = Equations.of(self.run.bicycle, self.at.balls)
         return flint.arb(self.quantity(equations, initial_state(equations, self.run.maneuver)))
 
     def value(self, piece: int, t: Fraction | flint.arb) -> flint.arb:
-        """The function at a time [s] of a piece."""
+        """Return the function at a time [s] of a piece."""
         return flint.arb(self.quantity(self.at.equations, self.at.state(t, piece)))
 
     def bounds(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
         """Enclose the function over a span, and its rate [1/s] if the sign is not clear."""
         if self.certificate is None:
-            return self._seen(piece, low, high)
+            return self._estimated(piece, low, high)
         span, middle = span_ball(low, high), (low + high) / 2
         whole = self.value(piece, span)
         if sign_of(whole):
@@ -368,7 +369,7 @@ class _Along:
         rate = flint.arb(found.slopes[0] if isinstance(found, Dual) else 0)
         return self.value(piece, middle) + rate * (span - exact_ball(middle)), rate
 
-    def _seen(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
+    def _estimated(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
         """Estimate the function and its rate on the polynomials by a Taylor series.
 
         The truncation error is observed to be small, not bounded.
@@ -387,7 +388,9 @@ class _Along:
 
     def spans(self) -> Iterator[_Span]:
         """Yield the spans of the whole run."""
-        signs = [0] * self.run.steps if self.certificate else _seen_signs(self.run, self.quantity)
+        signs = (
+            [0] * self.run.steps if self.certificate else _estimated_signs(self.run, self.quantity)
+        )
         for piece, sign in enumerate(signs):
             low, high = self.run.breaks[piece : piece + 2]
             if sign:
@@ -408,7 +411,7 @@ class _Along:
             elif way := sign_of(rate):
                 yield from self._narrowed(piece, _Span(low, high, 0, way), rate, smallest)
             elif (
-                self._is_lost(piece, low, high, rate)
+                self._is_undecidable(piece, low, high, rate)
                 or high - low < smallest
                 or count > _MOST_HALVINGS_WAITING
             ):
@@ -420,12 +423,12 @@ class _Along:
     def _narrowed(
         self, piece: int, span: _Span, rate: flint.arb, smallest: Fraction
     ) -> Iterator[_Span]:
-        """Cut off the ends of a span on which the function has a sign; its rate has one."""
+        """Cut off the ends of a span where the function has a sign; its rate has one throughout."""
         low, high, way = span.low, span.high, span.way
         while True:
             width, middle = high - low, (low + high) / 2
-            # Newton's interval: the line through the middle with any of these slopes has its zero
-            # in it.
+            # Interval Newton method: for every possible slope, the line through the value in the
+            # middle has its zero in `root`.
             root = exact_ball(middle) - self.value(piece, middle) / rate
             first, last = -upper_fraction(-root), upper_fraction(root)
             if last < low or first > high:
@@ -442,7 +445,7 @@ class _Along:
         if high < span.high:
             yield _Span(high, span.high, way)
 
-    def _is_lost(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
+    def _is_undecidable(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
         """True if the uncertainty in the middle of a span exceeds the change over it."""
         here = self.value(piece, (low + high) / 2)
         change = abs(rate) * exact_ball((high - low) / 2)
@@ -450,7 +453,7 @@ class _Along:
         return not here.is_finite() or bool(hidden)
 
 
-def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
+def _estimated_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
     """Yield the sign of the function for each piece, in binary64; 0 if it may vanish there."""
     equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
     nodes = chebyshev.chebpts1(_NODES_OF_PIECE)
@@ -498,13 +501,13 @@ def _fraction(t: flint.arb) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """A maneuver with the duration that its rows have.
+    """A maneuver that ends at its last row.
 
     Attributes
     ----------
     maneuver : Maneuver
     said : str or None
-        What ends the maneuver, if that is not its own duration.
+        Why the maneuver ends there; None if it has its own duration.
     is_early : bool
         Whether the duration is shorter than requested.
     """
@@ -525,7 +528,7 @@ def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> En
     Raises
     ------
     InputError
-        Unknown end, or one that leaves fewer than two rows.
+        `until` is not valid, or fewer than two rows would remain.
     """
     if until == FALL:
         return _until_fall(bicycle, maneuver)
@@ -540,10 +543,10 @@ def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> En
 
 
 def _until_fall(bicycle: Bicycle, maneuver: Maneuver) -> Ending:
-    event = first_event(bicycle, maneuver, longest=LONGEST)
+    event = first_event(bicycle, maneuver, longest=MAX_SEARCH_TIME)
     if event is None:
-        said = f"it does not fall within {float(LONGEST):g} s"
-        name = f"{maneuver.name}, no fall within {float(LONGEST):g} s"
+        said = f"it does not fall within {float(MAX_SEARCH_TIME):g} s"
+        name = f"{maneuver.name}, no fall within {float(MAX_SEARCH_TIME):g} s"
         return Ending(replace(maneuver, name=name), said, is_early=True)
     said = f"the {event.what}" if event.what != SINGULAR else "the motion meets a singularity"
     said = f"{said} at t = {float(event.time):.9g} s"
@@ -555,8 +558,8 @@ def _last_row_before(maneuver: Maneuver, event: Event, said: str) -> Fraction:
     row = ceil(event.sooner / maneuver.spacing) - 1
     if row < 1:
         raise InputError(
-            f"{maneuver.name}: {said}, before its second row at {float(maneuver.spacing):g} s, "
-            "expected a motion that lasts longer, or a shorter spacing"
+            f"{maneuver.name}: {said}, before its second row at {float(maneuver.spacing):g} s; "
+            "use a shorter spacing, or a motion that lasts longer"
         )
     _check_rows(maneuver, row)
     return row * maneuver.spacing
@@ -582,6 +585,6 @@ def _time(maneuver: Maneuver, text: str) -> Fraction:
 def _check_rows(maneuver: Maneuver, last: int) -> None:
     if last >= MAX_ROWS:
         raise InputError(
-            f"{maneuver.name}: found {last + 1} rows, expected {MAX_ROWS} or fewer (a longer "
-            "spacing)"
+            f"{maneuver.name}: found {last + 1} rows, expected {MAX_ROWS} or fewer; use a longer "
+            "spacing"
         )

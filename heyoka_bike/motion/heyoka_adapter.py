@@ -58,7 +58,7 @@ def _heyoka() -> Any:
     """Import heyoka, with its cache of compiled code on disk if that is possible."""
     module = required(
         "heyoka",
-        f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
+        f"heyoka is not installed; integration needs it ({GENERATE} on Linux, or conda install "
         "heyoka.py)",
     )
     _limit_cache(module)
@@ -111,7 +111,7 @@ class NativeNumbers:
     is_mpfr
         True if the numbers can have any length.
     type : callable
-        Makes a number from a Python number, or from text if Python's numbers are too short.
+        Converts a Python number, or a text if Python's numbers are too short.
 
     Raises
     ------
@@ -145,7 +145,7 @@ class NativeNumbers:
         return x / scale if grid > 0 else x * scale
 
     def to_integer(self, x: Any, shift: int) -> int:
-        """The value times 2^shift, truncated to an integer."""
+        """Return the value times 2^shift, truncated to an integer."""
         if self.type is float:
             n, d = float(x).as_integer_ratio()
             return (n << shift) // d
@@ -198,7 +198,7 @@ def parameter(index: int) -> Any:
 
 
 class Compiled:
-    """A compiled function: expressions of variables.
+    """A compiled function that evaluates expressions of variables.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ class Compiled:
     Attributes
     ----------
     parameters
-        How many constants are read when it runs.
+        Number of constants that are passed at run time.
     """
 
     def __init__(
@@ -287,11 +287,13 @@ class TaylorIntegrator:
     number
         The number type.
     bits
-        Length of the numbers if it can be chosen; None for the other types.
+        Bits of the numbers if they can be chosen; None for the other types.
     tolerance
-        In native numbers; heyoka's own by default.
+        Relative tolerance in native numbers; by default heyoka's own.
     is_compact
-        True if the loops of the compiled code are rolled.
+        True if the compiled code keeps its loops; False if they are unrolled.
+    is_optimised
+        True if the compiled code is optimised.
     """
 
     def __init__(
@@ -346,7 +348,10 @@ class TaylorIntegrator:
         self._adaptive.propagate_until(end)
 
     def over(self, times: Array) -> tuple[Array, int]:
-        """Return states at times, shape (n, variables), fewer if it ends; and the step count."""
+        """Return states at times, shape (n, variables), and the number of steps.
+
+        There are fewer states than times if the motion ends early.
+        """
         *_, steps, _, rows = self._adaptive.propagate_grid(times)
         return rows, int(steps)
 
@@ -388,7 +393,7 @@ class TaylorBatch:
     lanes
         Number of motions in a vector.
     parameters
-        How many constants are read when it runs.
+        Number of constants that are passed at run time.
     """
 
     def __init__(self, system: Sequence[tuple[Any, Any]], order: int, ends: Sequence[Any]) -> None:

@@ -29,15 +29,17 @@ from heyoka_bike.motion.heyoka_adapter import (
     constant,
     variables,
 )
-from heyoka_bike.motion.trajectory import TellTime, Trajectory
+from heyoka_bike.motion.trajectory import OnTime, Trajectory
 from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.precision import Precision
 
 GUARD_BITS = 16
 _BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
-_MIN_STEP = 2.0**-30  # [s]; a Taylor step is a fixed part of the distance to a singularity
-LEAST_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
+# Shorter steps show a singularity [s]: a Taylor step is a fixed fraction of the distance to it.
+_MIN_STEP = 2.0**-30
+LEAST_TRAIL = 0.02
+"""Mechanical trail, in radii of the front wheel, below which the regular form is used."""
 
 _log = logging.getLogger(__name__)
 
@@ -45,7 +47,7 @@ _log = logging.getLogger(__name__)
 def right_hand_side(
     bicycle: Bicycle, precision: Precision, *, is_regular: bool = False, with_yaw: bool = True
 ) -> list[tuple[Any, Any]]:
-    """The equations as heyoka expressions: pairs of variable and time derivative.
+    """Return the equations as heyoka expressions: pairs of variable and time derivative.
 
     Every constant is the exact value, correctly rounded to the precision.
     """
@@ -70,24 +72,24 @@ def integrate(
     tolerance: float | None = None,
     is_regular: bool | None = None,
     least_trail: float = LEAST_TRAIL,
-    progress: TellTime | None = None,
+    progress: OnTime | None = None,
 ) -> Trajectory:
     """Integrate a maneuver from 0 to its duration.
 
     Parameters
     ----------
     bicycle, maneuver
-        What is integrated.
+        The bicycle and the maneuver to integrate.
     precision
         See `Precision.of`.
     tolerance : float, optional
         Relative tolerance of heyoka's step; by default a quarter of the precision's epsilon over
         the largest state.
     is_regular : bool, optional
-        Form of the equations; by default the few-product form, and the regular one where the
-        mechanical trail comes near zero.
+        Form of the equations; by default the few-product form, or the regular one if the mechanical
+        trail comes near zero.
     least_trail : float, optional
-        Mechanical trail below which the regular form takes over [radii of the front wheel].
+        Mechanical trail below which the regular form is used [radii of the front wheel].
     progress : callable, optional
         Called with the time reached [s].
 
@@ -120,7 +122,7 @@ class TrailTooSmallError(Exception):
 
 def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
-    is_regular: bool, least_trail: float, progress: TellTime | None,
+    is_regular: bool, least_trail: float, progress: OnTime | None,
 ) -> Trajectory:  # fmt: skip
     native = NativeNumbers(precision)
     grid = precision.bits + GUARD_BITS

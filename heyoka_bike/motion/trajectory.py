@@ -27,7 +27,7 @@ from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, span_ball,
 from heyoka_bike.numbers.rounding import decimal_above, upward_ball
 from heyoka_bike.numbers.working import working_bits
 
-TellTime = Callable[[float], None]
+OnTime = Callable[[float], None]
 """Called with the time reached [s]."""
 
 
@@ -44,7 +44,7 @@ class Trajectory(Displayed):
     bits : int
         Bits of its significand.
     is_regular : bool
-        Which form of the equations (see `model`).
+        True for the regular form of the equations (see `equations.model`).
     order : int
         Taylor order.
     grid : int
@@ -91,15 +91,15 @@ class Trajectory(Displayed):
 
     @property
     def evaluation_bits(self) -> int:
-        """Working precision of evaluations [bits]: some more than the run has."""
+        """Working precision of evaluations [bits]: 64 more than that of the run."""
         return self.bits + 64
 
     def equations(self, balls: Balls) -> Equations:
-        """The equations of its bicycle and form."""
+        """Return the equations of the run's bicycle, in the run's form."""
         return Equations.of(self.bicycle, balls, is_regular=self.is_regular)
 
     def piece(self, i: int) -> Piece:
-        """Piece i."""
+        """Return the piece with index i."""
         return Piece(self, i, self.breaks[i], self.breaks[i + 1], self.grid, self.pieces[i])
 
     def piece_at(self, t: Fraction) -> int:

@@ -2,10 +2,10 @@
 
 Cauchy's estimate bounds the omitted terms of a Taylor series by the size of the function on a
 circle, where `Rim` evaluates it. For this the function must be analytic inside the circle. `Rim`
-therefore watches every division and square root: where the real part of the divisor (or the
-radicand) keeps its sign on the whole circle it keeps it inside, because the real part of an
-analytic function takes its extremes on the boundary; taken in the order of evaluation, this proves
-each intermediate result analytic.
+therefore watches every division and square root. If the real part of the divisor (or the radicand)
+has one sign on the whole circle, it has this sign inside, too, because the real part of an analytic
+function takes its extremes on the boundary. Applied in the order of evaluation, this proves that
+each intermediate result is analytic.
 
 `Samples` are values on the unit circle, from which Taylor coefficients follow. A product of two
 series of n coefficients takes about n^2 products, but a product of two functions at n points takes
@@ -114,7 +114,7 @@ class Samples(AtPoints):
         return found
 
     def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
-        """Return the Taylor coefficients of a matrix, by power; an entry that is int 0 stays."""
+        """Return the Taylor coefficients of a matrix, by power; an integer 0 is a zero entry."""
         flat = [x for row in table for x in row]
         places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
         by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
@@ -134,7 +134,7 @@ def geometric(radius: int, length: int) -> flint.arb:
 
 
 def folded(radius: int, count: int) -> flint.arb:
-    """Return the sum of R^-(k + m count) for k >= 0, m >= 1: everything folded onto the terms."""
+    """Return the sum of R^-(k + m count) for k >= 0, m >= 1: all terms folded onto others."""
     ratio = flint.arb(1) / radius
     return ratio**count / (1 - ratio**count) / (1 - ratio)
 
@@ -145,7 +145,7 @@ def each(function: Callable[[Number], Number], x: Number) -> Number:
 
 
 def array(values: Iterable[Number]) -> Any:
-    """Return an array of such numbers."""
+    """Return a NumPy array of balls or other numbers."""
     return np.array(list(values), dtype=object)
 
 

@@ -37,7 +37,7 @@ ROUNDS_OF_NEWTON = 5
 binary64, and two more allow for a start that is farther away."""
 
 _SPLITTER = 2.0**27 + 1.0
-# The argument is halved this often; the series of the rest then ends below 1e-33.
+# Number of times that the argument is halved; the truncation error of the series is below 1e-33.
 _HALVINGS_OF_ARGUMENT = 4
 _TERMS_OF_SERIES = 18
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582")
@@ -51,7 +51,7 @@ _Found = TypeVar("_Found")
 def with_usual_errors(function: Callable[_Given, _Found]) -> Callable[_Given, _Found]:
     """Run a function with NumPy's default error settings, and without errors for underflow.
 
-    Users who let NumPy stop at floating-point events mean their own computations.
+    Users who make NumPy raise floating-point errors want this for their own computations only.
     """
 
     @wraps(function)

@@ -140,8 +140,8 @@ def _over(x: Number, y: Number) -> Number:
 
 
 Share = Callable[[Number], Number]
-"""A function from the derivative by a number to the contribution to the derivative by an
-operand."""
+"""A function that converts the derivative with respect to a result into the contribution to the
+derivative with respect to an operand."""
 
 _places = count()
 
@@ -238,14 +238,13 @@ class Traces(Arithmetic):
         )
 
     def gradient(self, x: Number, variables: Sequence[Number]) -> list[Number]:
-        """Return derivatives of a number by variables; the integer 0 if it is independent."""
+        """Return the derivatives of a number with respect to variables; 0 if it is independent."""
         found: dict[int, Number] = {}
         waiting: list[tuple[int, Traced]] = []
 
         def give(to: Traced, share: Number) -> None:
             if to.place in found:
-                # Not in place, because the array may also be the contribution to another
-                # derivative.
+                # Do not add in place: the array may also be the contribution to another derivative.
                 found[to.place] = found[to.place] + share
             else:
                 found[to.place] = share

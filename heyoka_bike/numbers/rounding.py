@@ -1,4 +1,4 @@
-"""Correct rounding: the one binary64 or decimal that an enclosure determines.
+"""Correct rounding: the binary64 or decimal number that an enclosure determines.
 
 A rounding is determined if both ends of the enclosure round to the same number. If they do not, the
 candidate is zero if the enclosure contains zero, else the midpoint rounded.
@@ -79,14 +79,15 @@ def hi_lo(x: Enclosure, name: str) -> tuple[float, float]:
     Raises
     ------
     UndecidedError
-        The enclosure contains a number halfway between two binary64 ones; `name` says which.
+        The enclosure contains a number halfway between two binary64 ones. The message begins with
+        `name`.
     """
     hi = x.binary64()
     if hi is None:
-        raise UndecidedError(f"{name}: the digits at hand do not decide its nearest binary64")
+        raise UndecidedError(f"{name}: not known to enough digits to round it to binary64")
     lo = x.minus(hi).binary64()
     if lo is None:
-        raise UndecidedError(f"{name}: the digits at hand do not decide the rest of its binary64")
+        raise UndecidedError(f"{name}: not known to enough digits to round it to hi + lo")
     return hi, lo
 
 
@@ -100,7 +101,7 @@ def decimal_digits(x: Enclosure, digits: int, name: str) -> str:
     """
     text = x.decimal(digits)
     if text is None:
-        raise UndecidedError(f"{name}: the digits at hand do not decide {digits} decimal digits")
+        raise UndecidedError(f"{name}: not known to enough digits to round it to {digits} digits")
     return text
 
 

@@ -1,4 +1,4 @@
-"""Formulas as source code, made by evaluating them with numbers that record statements.
+"""Formulas as source code, from evaluating them with numbers that record statements.
 
 The source is a list of assignments to names, one operation each, in a syntax that C and JavaScript
 share; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. An operation that occurs again on the
@@ -61,7 +61,7 @@ class Recorded:
 
 
 Operand = Recorded | Fraction | int
-"""The operands of a recorded number."""
+"""Types that a recorded number can be combined with."""
 
 
 class StraightLine(Arithmetic):
@@ -101,7 +101,7 @@ class StraightLine(Arithmetic):
         return self._assign(f"atan2({y.text}, {x.text})")
 
     def sum(self, terms: Iterable[Operand]) -> Recorded:
-        """Add in pairs, which shortens the chain of operations that wait for each other."""
+        """Add in pairs, which shortens the chain of operations that depend on each other."""
         found = [x if isinstance(x, Recorded) else self.literal(float(x)) for x in terms]
         while len(found) > 1:
             pairs = [found[i] + found[i + 1] for i in range(0, len(found) - 1, 2)]

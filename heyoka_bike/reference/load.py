@@ -378,8 +378,9 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         """Largest spacing [s] between rows of a result that still shows the motion between them.
 
         It is the length of the longest dense piece of the quickest maneuver: 0.25 s for the
-        benchmark. Errors of wrong motions oscillate with the weave or at twice its frequency and
-        cross zero every 0.3 s or more, so rows this close cannot all fall on these zeros.
+        benchmark. Errors of wrong motions oscillate mainly with the weave, or at twice its
+        frequency. Their zeros are then 0.37 s or more apart: 0.37 s is half a period of the weave
+        at 8 m/s, and 0.41 s a quarter of a period at 4.6 m/s.
         """
         return min(float(np.diff(m.breaks).max()) for m in self.maneuvers)
 

@@ -42,11 +42,11 @@ from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description import about, describe
 from heyoka_bike.reference.hdf5 import by_maneuver, render
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
-from heyoka_bike.reference.proof import candidate, certificate
+from heyoka_bike.reference.proof import candidate, certificate, compute_table
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
 from heyoka_bike.reference.structure import COLUMNS_OF, of_file
-from heyoka_bike.system.jobs import Job, Outcome, TellStage
+from heyoka_bike.system.jobs import Job, OnStage, Outcome
 from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import reference_folder
@@ -54,7 +54,7 @@ from heyoka_bike.system.resources import reference_folder
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
-_STAGES = ("integrate", *certificate.STAGES)
+_STAGES = ("integrate", *compute_table.STAGES)
 _ROUNDING_STAGES = ("rows", "motion")
 
 _TIME_OF_INTEGRATION, _TIME_OF_ALL = (0.4, 0.08), (1.2, 1.2)
@@ -92,7 +92,7 @@ class Generated:
     dataset_version: str
     changed: tuple[str, ...]
     endings: tuple[Ending, ...]
-    tables: tuple[certificate.Table, ...]
+    tables: tuple[compute_table.Table, ...]
 
 
 def generate(
@@ -254,12 +254,12 @@ def _endings(
 
 
 def _end_of_each(
-    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: TellStage
+    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: OnStage
 ) -> tuple[Ending, ...]:
     return tuple(ending(bicycle, m, until) for m in maneuvers)
 
 
-def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: TellStage) -> Trajectory:
+def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: OnStage) -> Trajectory:
     try:
         return integrate(
             bicycle, maneuver, Precision.of(digits), least_trail=_LEAST_TRAIL,
@@ -340,7 +340,7 @@ class _SetInMaking:
             return Job(work, of, self.name + m.name, float(m.duration), stages)
 
         run = job(_integrated, (self.bicycle, m, digits), stages=("integrate",))
-        jobs = {"integrate": run, **certificate.tabulating(run, job, {})}
+        jobs = {"integrate": run, **compute_table.table_jobs(run, job, {})}
         self.places |= {job: (i, stage) for stage, job in jobs.items()}
         return jobs
 
@@ -377,7 +377,9 @@ class _SetInMaking:
     def write(self) -> Generated:
         """Write the files."""
         self.is_written = True
-        tables = [certificate.tabulated(parts["integrate"].get(), parts) for parts in self.parts]
+        tables = [
+            compute_table.assemble_table(parts["integrate"].get(), parts) for parts in self.parts
+        ]
         self.parts = []
         changed = write_dataset(
             self.folder, self.bicycle, tables, self.digits, self.version,
@@ -387,7 +389,7 @@ class _SetInMaking:
 
 
 def write_dataset(
-    folder: str | Path, bicycle: Bicycle, tables: Sequence[certificate.Table], digits: int,
+    folder: str | Path, bicycle: Bicycle, tables: Sequence[compute_table.Table], digits: int,
     dataset_version: str, performance_limits: Mapping[str, str] | None = None,
 ) -> list[str]:  # fmt: skip
     """Write the dataset into a folder; return the names of the files that changed.

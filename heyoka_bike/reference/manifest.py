@@ -54,7 +54,7 @@ PUBLISHED_MANIFESTS = {
 PUBLISHED_VERSION, PUBLISHED_MANIFEST_SHA256 = list(PUBLISHED_MANIFESTS.items())[-1]
 """The latest published dataset, which comes with this package."""
 
-BESIDE_1_5_0: Mapping[str, tuple[int, str]] = {
+UNLISTED_FILES_1_5_0: Mapping[str, tuple[int, str]] = {
     AFTER_FILES[0]: (4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56"),
     AFTER_FILES[1]: (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
 }

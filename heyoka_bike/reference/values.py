@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heyoka_bike.display import Displayed, Held
+from heyoka_bike.display import Displayed, IdentityMapping
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, double_sums, locate, plain_sums
 from heyoka_bike.numbers.double import Array, Double
@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Values(Displayed, Held[str, Array]):
+class Values(Displayed, IdentityMapping[str, Array]):
     """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` is lo.
 
     They print as a table; ``{"time": values.time, **values}`` is a dictionary of their arrays.
@@ -171,7 +171,7 @@ def _named(names: Sequence[str], hi: Array, lo: Array) -> Values:
     return Values(dict(zip(names, hi, strict=True)), dict(zip(names, lo, strict=True)))
 
 
-class Numbered(Held[int, T]):
+class Numbered(IdentityMapping[int, T]):
     """A mapping from the numbers of maneuvers.
 
     Attributes

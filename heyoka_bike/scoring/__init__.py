@@ -1,1 +1,1 @@
-"""A result file against the reference."""
+"""Comparison of result files with the reference."""

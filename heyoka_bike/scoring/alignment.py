@@ -1,4 +1,4 @@
-"""Lay a result file beside the reference: its maneuvers, columns and rows within the run."""
+"""Align a result file with the reference: its maneuvers, its columns, its rows within the run."""
 
 from __future__ import annotations
 
@@ -33,38 +33,38 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.free import with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.names.columns import TIME
+from heyoka_bike.scoring.reading.names.heading import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows, renamed
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
 from heyoka_bike.scoring.recognition import Recognised, recognised
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
-"""Of the duration: how late a million steps summed in binary64 may be."""
+"""Error of a time after summing a million steps in binary64, as a fraction of the duration."""
 
 ROWS_COMPARED = 251
-"""Rows of a maneuver that tell one motion from another: a run is 200 times the fastest mode."""
+"""Rows per maneuver that distinguish two motions: a run lasts 200 times the fastest time
+constant."""
 
 MOST_SAMPLED = 4001
-"""Rows enough to tell columns, units and maneuvers apart."""
+"""Rows per maneuver that suffice to distinguish columns, units and maneuvers."""
 
-# A column farther from the reference than half its scale says nothing about what it is.
-HALF = 0.5
-# A product of two larger values overflows; no program means such values. Values below the inverse
-# of this limit are read as zero, because their products underflow.
+# An error (in scales) above which a column does not show which quantity it is.
+MEANINGLESS_ERROR = 0.5
+# Larger values are read as NaN: a product of two of them overflows, and no program means them.
+# Values below the inverse of this limit are read as zero, because their products underflow.
 _LARGEST_VALUE = 1e150
-# Units in which times are so many times as large as in seconds.
+# Factors by which times are larger in these units than in seconds.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-# Larger units of times, in seconds.
+# Larger units of time [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
-# Of the reference's: times of a shorter run in a smaller unit may as well be of a longer one.
+# Fraction of the reference's duration that times must span for their unit to be recognised.
 _SHORTEST_RUN = 0.1
-# Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
-# that.
+# Distance from the named maneuver, in scales, above which other maneuvers and orders are tried.
 _FAR_FROM_MANEUVER = 1.0 / CLEARLY
-# Times that begin so many runs late are those of a clock.
+# Times that begin later than this many durations of the run are those of a clock.
 _LONG_AGO = 1e5
-# Seconds since 1970, from 2001 to 2096, and what clocks count.
+# Seconds since 1970 that are from the years 2001 to 2096, and the units in which clocks count.
 _TODAY = (1e9, 4e9)
 _UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
 
@@ -77,11 +77,11 @@ class FileInfo:
     ----------
     path, format
     rows
-        Rows read, of all maneuvers that share them.
+        Rows of the longest maneuver, added up over files.
     t_start, t_end
-        First and last time in it [s].
+        First and last time in the file [s].
     significant_digits
-        Decimal digits of the column written with the fewest; None if unknown.
+        Decimal digits of the column written with the fewest digits; None if unknown.
     """
 
     path: str
@@ -108,7 +108,7 @@ class Part(Rows):
 
     @property
     def number(self) -> int:
-        """Of the maneuver, from 1."""
+        """The number of the maneuver, from 1."""
         return self.maneuver
 
     def has_values(self) -> bool:
@@ -116,22 +116,22 @@ class Part(Rows):
         return any(np.isfinite(v).any() for v in self.values.values())
 
     def within_run(self) -> Part:
-        """The rows whose times, another clock's perhaps, are within the run of the reference."""
+        """The rows whose times, perhaps of another clock, are within the reference's run."""
         return self.at((self.time >= 0.0) & (self.time <= float(self.reference.duration)))
 
     def at_distinct_times(self) -> Part:
-        """The rows without those at the time of the row before, to the rounding of summed times."""
+        """The rows without those that repeat the time of the row before, within rounding."""
         later = np.diff(self.time) > SUMMED * float(self.reference.duration)
         return self if later.all() else self.at(np.append(True, later))
 
     def sample(self) -> NDArray[np.intp]:
-        """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
+        """Indices of at most `MOST_SAMPLED` rows, evenly spaced."""
         return spread(len(self.time), MOST_SAMPLED)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Alignment:
-    """A result file laid beside the reference."""
+    """A result file aligned with the reference."""
 
     file: FileInfo
     parts: tuple[Part, ...]
@@ -139,35 +139,36 @@ class Alignment:
 
 
 def align(results: Results, reference: Reference) -> Alignment:
-    """Lay a result file beside the reference.
+    """Align a result file with the reference.
 
     Raises
     ------
     InputError
-        It holds a maneuver that the reference does not have, or one twice.
+        The file contains a maneuver that the reference does not have, or a maneuver twice.
     NothingScoredError
-        None of its rows can be compared, or its maneuver cannot be recognised.
+        No row of the file can be compared, or its maneuver cannot be recognised.
     """
-    results, reference = _with_their_columns(results, reference)
-    results = _in_time(results, max(float(reference[n].duration) for n in reference))
-    results = _as_meant(results, reference)
+    results, reference = _with_reference_columns(results, reference)
+    results = _with_times_in_seconds(results, max(float(reference[n].duration) for n in reference))
+    results = _with_meanings(results, reference)
     seen = list(results.seen)
     parts: list[Part] = []
     lost: list[Part] = []
     numbers = _numbers(results, reference)
-    for rows, (number, told) in zip(results.maneuvers, numbers, strict=True):
-        seen += told
+    for rows, (number, evidence) in zip(results.maneuvers, numbers, strict=True):
+        seen += evidence
         if number not in reference:
             raise InputError(
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
             )
         if any(part.number == number for part in parts):
             raise InputError(f"found maneuver {number} twice", file=results.path)
-        part, outside = _within(rows, number, reference[number])
+        part, outside = _rows_within_run(rows, number, reference[number])
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
         if len(part.time):
-            outside += _of_another(part, rows, reference, results) + _of_larger_unit(part)
+            outside += _evidence_of_exchange(part, rows, reference, results)
+            outside += _evidence_of_larger_unit(part)
         seen += [x for x in outside if x not in seen]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
@@ -193,12 +194,12 @@ def align(results: Results, reference: Reference) -> Alignment:
 
 
 def merge(alignments: Sequence[Alignment]) -> Alignment:
-    """Files of different maneuvers of one run as one.
+    """Merge the files of different maneuvers of one run.
 
     Raises
     ------
     InputError
-        There is none, or two hold the same maneuver.
+        There are no files, or two contain the same maneuver.
     """
     held = [p.number for a in alignments for p in a.parts]
     if not held or len(set(held)) < len(held):
@@ -208,7 +209,7 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
         return alignments[0]
     files = [a.file for a in alignments]
     formats = list(dict.fromkeys(f.format for f in files))
-    # Arrays have no names of their own.
+    # All arrays have the same name, which is given once.
     paths = (
         dict.fromkeys(f.path for f in files) if formats == ["array"] else [f.path for f in files]
     )
@@ -228,22 +229,22 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
 
 
 def spread(count: int, most: int) -> NDArray[np.intp]:
-    """At most so many of the indices below `count`, evenly spread."""
+    """Return at most `most` of the indices below `count`, evenly spaced."""
     if count <= most:
         return np.arange(count)
     return np.linspace(0, count - 1, most).astype(np.intp)
 
 
 def are_even(time: Array, step: float) -> bool:
-    """True of times that are whole numbers of steps, to a thousandth of one."""
+    """True if all times are whole numbers of steps, within a thousandth of a step."""
     if not step > 0.0:
         return False
     count = time / step
     return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < TOLERANCE)
 
 
-def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
-    """The reference with all columns of the results, without those that it does not have."""
+def _with_reference_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
+    """Load the reference's columns for all results; leave out results that it does not have."""
     written = {key for rows in results.maneuvers for key in rows.values}
     if written <= reference[1].definitions.keys():
         return results, reference
@@ -256,7 +257,7 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     lacks = "" if whole is not None else MOTION
     if not known:
         raise NothingScoredError(
-            f"{results.path}: {', '.join(unknown)}: left out, for the reference in "
+            f"{results.path}: {', '.join(unknown)}: not compared, because the reference in "
             f"{reference.folder} has no {lacks or 'such columns'}"
         )
     lost = NoReference(tuple(unknown), str(reference.folder), lacks)
@@ -264,8 +265,8 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     return replace(results, maneuvers=maneuvers, seen=(*results.seen, lost)), reference
 
 
-def _in_time(results: Results, duration: float) -> Results:
-    """Results whose times are seconds from the start, where headings or clocks say otherwise."""
+def _with_times_in_seconds(results: Results, duration: float) -> Results:
+    """Convert times to seconds from the start if they have another unit or are of a clock."""
     maneuvers, seen = [], list(results.seen)
     for rows in results.maneuvers:
         time = (rows.time, rows.time_lo)
@@ -288,36 +289,37 @@ def _in_time(results: Results, duration: float) -> Results:
 
 
 def _unit_of_clock(time: float) -> str:
-    """The unit in which a time counts from 1970, as clocks do; seconds if that is of no clock."""
+    """Return the unit in which a clock's time counts from 1970; seconds if it does not."""
     of_today = (u for u in _UNITS_OF_CLOCKS if _TODAY[0] < time * factor(u)[0] < _TODAY[1])
     return next(of_today, "s")
 
 
 def _is_run(span: float, duration: float) -> bool:
-    """True if times span a good part of the run, and not far more."""
+    """True if times span at least a tenth and at most ten times the run."""
     return _SHORTEST_RUN * duration <= span <= duration / _SHORTEST_RUN
 
 
-def _as_meant(results: Results, reference: Reference) -> Results:
-    """The columns whose names mean several things as what their values are nearest to, together.
+def _with_meanings(results: Results, reference: Reference) -> Results:
+    """Give columns with ambiguous names the meanings to which their values are nearest.
 
-    What has no place among the benchmark's columns and is near to nothing is left out.
+    The meanings of all these columns are chosen together. A column that is near to none of its
+    meanings is left out, unless its name is the key of a benchmark column.
     """
     open_ = {key: keys for rows in results.maneuvers for key, keys in rows.may_be.items()}
     if not open_:
         return results
     taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
     known = reference[1].definitions.keys() - taken
-    # How far each column is from each meaning that no other column surely has.
+    # Distance of each column from each meaning that no unambiguous column has.
     far = {
         key: {
-            k: _how_far(results, reference, key, k)
+            k: _distance_from_meaning(results, reference, key, k)
             for k in dict.fromkeys((key, *keys))
             if k == key or k in known
         }
         for key, keys in open_.items()
     }
-    # Of equals the first, which is as the names have it.
+    # The first of equally near combinations: the meanings that the names suggest.
     best = min(
         (c for c in product(*far.values()) if len(set(c)) == len(c)),
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
@@ -325,7 +327,9 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     meant: dict[str, str | None] = {}
     seen = list(results.seen)
     for key, nearest in zip(far, best, strict=True):
-        is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
+        is_kept = far[key][nearest] < MEANINGLESS_ERROR or (
+            nearest == key and key in BENCHMARK_COLUMNS
+        )
         meant[key] = k = nearest if is_kept else None
         if k != key:
             seen.append(MeantByValues(k, tuple(open_[key])))
@@ -333,24 +337,25 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     return replace(results, maneuvers=maneuvers, seen=tuple(seen))
 
 
-def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
-    """Distance of a column from what it may mean, over all maneuvers of the file."""
+def _distance_from_meaning(results: Results, reference: Reference, key: str, meaning: str) -> float:
+    """Return the distance of a column from one of its meanings, over all maneuvers of the file."""
     found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
             alone = renamed(rows.only({key}), {key: meaning})
             numbers = (n for n in reference if rows.maneuver in (None, n))
-            away = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            away = (_distance(_rows_within_run(alone, n, reference[n])[0]) for n in numbers)
             found *= min(away, default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
 
 def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evidence, ...]]:
-    """The part with the rate of a wheel in the place of the speed known as that, by its values."""
+    """Mark the speed as the rate of a wheel [rad/s] if its values fit that clearly better."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
-    # 1 rad/s of a wheel of 0.3 m is 1.08 km/h, so that one is as near as this to the other.
-    if own <= HALF / CLEARLY:
+    # A wheel's rate that is read as km/h is off by 7 % only: 1 rad/s of a wheel with a radius of
+    # 0.3 m is 1.08 km/h.
+    if own <= MEANINGLESS_ERROR / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
@@ -394,8 +399,8 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     NothingScoredError
         The rows are far from every maneuver.
     """
-    parts = {number: _within(rows, number, reference[number])[0] for number in reference}
-    # A few rows that happen to lie within the run say nothing about the others.
+    parts = {number: _rows_within_run(rows, number, reference[number])[0] for number in reference}
+    # A maneuver counts only if most rows lie within its run.
     telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
     found = recognised(telling)
     if found is None or found.apart[found.maneuver] >= _FAR_FROM_MANEUVER:
@@ -405,38 +410,38 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
         began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
         others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
-    if found is not None and found.apart[found.maneuver] < HALF:
+    if found is not None and found.apart[found.maneuver] < MEANINGLESS_ERROR:
         return found
-    hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
-    larger = () if found is None else _of_larger_unit(parts[found.maneuver])
+    hint = _unit_question(rows.time, max(float(reference[n].duration) for n in reference))
+    larger = () if found is None else _evidence_of_larger_unit(parts[found.maneuver])
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
     apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
     raise NothingScoredError(
         f"{results.path}: found columns that fit no maneuver clearly (relative distances "
         + ", ".join(f"{n}: {x:.2g}" for n, x in sorted(apart.items()))
-        + f"), expected those of one; say which with {_option(results, 'maneuver', 'N')}{hint}"
+        + f"), expected those of one; name it with {_option(results, 'maneuver', 'N')}{hint}"
     )
 
 
 def _option(results: Results, name: str, value: str) -> str:
-    """How a user sets an option: as a keyword for arrays, and on the command line for files."""
+    """Return how a user sets an option: a keyword for arrays, a command-line option for files."""
     return f"{name}={value}" if results.format == "array" else f"--{name} {value}"
 
 
 def _not_zero_at_start(part: Part) -> list[str]:
-    """The columns whose given value at the start is not zero; none if there is no row of it."""
+    """Return the keys of columns with nonzero initial conditions; empty without a first row."""
     if not len(part.time) or part.time[0] != 0.0:
         return []
     reference = part.reference
     return [k for k in part.values if abs(reference[k][0]) > TOLERANCE * reference.scale(k)]
 
 
-def _of_another(
+def _evidence_of_exchange(
     part: Part, rows: Rows, reference: Reference, results: Results
 ) -> tuple[Evidence, ...]:
-    """Tell whether the values clearly fit other columns, or another maneuver, than told."""
+    """Return evidence that the values clearly fit other columns, or another maneuver."""
     if order := _another_order(part):
-        told = ""
+        option = ""
         if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
             several = len(results.maneuvers) > 1
             names = [
@@ -444,11 +449,11 @@ def _of_another(
                 for r in results.maneuvers
                 for key in r.values
             ]
-            told = _option(results, "columns", f"time,{','.join(names)}")
-        return (OtherOrder(tuple(order.values()), told),)
+            option = _option(results, "columns", f"time,{','.join(names)}")
+        return (OtherOrder(tuple(order.values()), option),)
     if _distance(part) < TOLERANCE:
         return ()
-    found = recognised({n: _within(rows, n, reference[n])[0] for n in reference})
+    found = recognised({n: _rows_within_run(rows, n, reference[n])[0] for n in reference})
     if found is None or found.rivals or found.maneuver == part.number:
         return ()
     own = found.apart.get(part.number, 1.0)
@@ -456,10 +461,10 @@ def _of_another(
 
 
 def _another_order(part: Part) -> dict[str, str]:
-    """Return the keys that the values fit, by key, if that is a permutation; else nothing.
+    """Return the key that fits each column's values, if columns are exchanged; else nothing.
 
-    All rows tell it, or of a motion that is wrong later the first row: that of the columns whose
-    given values are not zero.
+    All rows are compared. If the motion is wrong later, only the first row is compared, in the
+    columns with nonzero initial conditions.
     """
     few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), ROWS_COMPARED))
     keys = list(few.values)
@@ -470,11 +475,11 @@ def _another_order(part: Part) -> dict[str, str]:
 
 
 def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
-    """Which of the keys each column is within a limit of, in scales, if they are permuted."""
+    """Return the key that each column's values fit within `limit` scales, if keys are exchanged."""
     expected = rows.reference.approximate(rows.time, list(keys))
 
     def far(key: str, meaning: str) -> float:
-        away = _away(rows, meaning, rows.values[key], expected[meaning])
+        away = _column_distance(rows, meaning, rows.values[key], expected[meaning])
         return 1.0 if away is None else away
 
     if all(far(key, key) < limit for key in keys):
@@ -491,19 +496,19 @@ def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
 
 
 def _distance(part: Part) -> float:
-    """Geometric mean over the columns of their distance from the maneuver, in scales."""
+    """Return the geometric mean of the columns' distances from the maneuver, in scales."""
     pick = part.sample()
     names = [key for key in COMPARED if key in part.values]
     expected = part.reference.approximate(part.time[pick], names)
-    away = [_away(part, key, part.values[key][pick], expected[key]) for key in names]
+    away = [_column_distance(part, key, part.values[key][pick], expected[key]) for key in names]
     logs = [log(x) for x in away if x is not None]
     return float(np.exp(np.mean(logs))) if logs else 1.0
 
 
-def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
-    """Distance of values from a column, in its scale; None if there is nothing to compare."""
+def _column_distance(part: Part, key: str, values: Array, expected: Array) -> float | None:
+    """Return the distance of values from a column, in scales; None if nothing can be compared."""
     good = np.isfinite(values) & np.isfinite(expected)
-    # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
+    # Heights and normal forces hardly vary: only their variation distinguishes maneuvers.
     rows = part.reference[key]
     scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
     if not good.any() or not scale:
@@ -514,14 +519,14 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
     if key in FREE_ZERO:
         off -= off[:, :1]
     nearest = float(np.min(median(np.abs(off))))
-    # Nothing is nearer than binary64 can tell, or farther than not at all.
+    # Limit the distance to between the resolution of binary64 and 1, which means no resemblance.
     return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
 
-def _within(
+def _rows_within_run(
     rows: Rows, number: int, reference: ReferenceManeuver
 ) -> tuple[Part, tuple[Evidence, ...]]:
-    """The rows within the run, and those that are just beyond its end: clocks are summed."""
+    """Return the rows within the run, or just beyond its end, where summed steps may lead."""
     end, hi = float(reference.duration), rows.time
     is_early = (hi < 0) | ((hi == 0) & (rows.time_lo < 0))
     keep = ~(is_early | (hi > reference.reach))
@@ -529,9 +534,9 @@ def _within(
     if not keep.all():
         left_out = hi[~keep]
         ends = float(left_out.min()), float(left_out.max())
-        seen.append(RowsOutside(len(left_out), *ends, end, _unit_of_late(hi, end)))
+        seen.append(RowsOutside(len(left_out), *ends, end, _likely_smaller_unit(hi, end)))
 
-    # A long file is not copied for nothing.
+    # Do not copy a long file needlessly.
     kept = rows if keep.all() else rows.at(keep)
     values = dict(kept.values)
     for key, written in kept.values.items():
@@ -547,7 +552,7 @@ def _within(
     return part, (*seen, *free)
 
 
-def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
+def _evidence_of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
     """Return evidence of a larger unit of times: angles change far more than their rates allow."""
     span, end = float(np.ptp(part.time)), float(part.reference.duration)
     units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
@@ -574,7 +579,7 @@ def _change_over_rate(part: Part, kind: str) -> float:
     time, size = part.time[good], np.abs(rate[good])
     off = size - np.abs(part.reference.approximate(time, keys[1:])[keys[1]])
     if median(np.abs(off)) < _FAR_FROM_MANEUVER * part.reference.scale(keys[1]):
-        # The rate is right at these times: the angle is in another unit.
+        # The rate is right at the times as written, so the angle is in another unit.
         return 0.0
     added = float(np.sum(np.diff(time) * (size[1:] + size[:-1]) / 2))
     change = float(np.sum(np.abs(np.diff(angle[good]))))
@@ -590,21 +595,21 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
         return f"{results.path}: found no rows, expected at least one"
     return (
         f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
-        f"within 0 to {end:g} s{_unit_asked(times, end)}"
+        f"within 0 to {end:g} s{_unit_question(times, end)}"
     )
 
 
-def _unit_asked(times: Array, end: float) -> str:
-    """The end of an error: a question where most times are as large as in a smaller unit."""
-    unit = _unit_of_late(times, end)
+def _unit_question(times: Array, end: float) -> str:
+    """Return the end of a message: a question if most times seem to be in a smaller unit."""
+    unit = _likely_smaller_unit(times, end)
     return f"; are they in {unit}?" if unit else ""
 
 
-def _unit_of_late(times: Array, end: float) -> str | None:
-    """The smaller unit that most times may have; None where few are late, or too late for any."""
-    # Counted, not averaged: the mean of two times near the largest double overflows.
+def _likely_smaller_unit(times: Array, end: float) -> str | None:
+    """Return the smaller unit that the times may have; None if few are late or no unit fits."""
+    # Count late times instead of averaging: the mean of times near the largest double overflows.
     most_are_late = 2 * int((times > end).sum()) > len(times)
-    # A run as long as the reference, or down to a tenth of it.
+    # In the unit, the last time must be between a tenth of the run and its end.
     parts = {unit: float(np.max(times)) / (size * end) for unit, size in _SMALLER_UNITS.items()}
     fitting = (unit for unit, part in parts.items() if _SHORTEST_RUN <= part <= 1 + SUMMED)
     return next(fitting, None) if most_are_late else None

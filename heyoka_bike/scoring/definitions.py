@@ -1,44 +1,47 @@
-"""Definition, sign, unit and zero of the columns of a file, judged by what fits.
+"""Interpretation of the columns of a file: definition, sign, unit and zero that fit best.
 
-The benchmark text defines none of them, so a difference of definition is no error. Every candidate
-is compared with the reference, and the likeliest one over all maneuvers of the file together is
-taken. The *typical* error of a candidate in a maneuver is the root mean square of e without the
-largest hundredth of the rows, so that a few bad ones do not decide.
+The benchmark text prescribes none of them, so a different definition is no error. Each candidate is
+compared with the reference, and the likeliest one over all maneuvers of the file together is
+chosen. The *typical* error of a candidate in a maneuver is the root mean square of e without the
+largest hundredth of the rows, so that a few bad rows do not decide.
 
-An error is a curve of unknown size, however many rows show it: that of an integrator is smooth, and
-neighbouring rows say the same. If it is worth nu independent values and its size may be anything (a
-prior of 1 / size), the likelihood of a candidate is typical^-nu in each maneuver, and the *odds* of
-two candidates are the product over the maneuvers of (typical / typical)^nu. So a maneuver weighs as
-much as it can tell: where the error is larger than the difference of two definitions, or both are
-below the digits written, its factor is near 1. The first row, at the known start, is evidence of
-its own: there no integrator has made an error yet.
+An error is a curve of unknown size, however many rows show it: the error of an integrator is
+smooth, and neighbouring rows give the same information. If the curve counts as nu independent
+values and its size may be anything (a prior of 1 / size), the likelihood of a candidate is
+typical^-nu in each maneuver. The *odds* of two candidates are the product of (typical / typical)^nu
+over the maneuvers. So a maneuver counts only as far as it distinguishes the candidates: where the
+error is larger than the difference of two definitions, or both are below the digits written, its
+factor is near 1. The first row, at the known initial conditions, is evidence of its own, because no
+integrator has made an error there yet.
 
-The start also tells the unit and the sign of a motion that is wrong. A first row that is the given
-value in one unit and sign alone has these. An angle has the sign of its rate, and a file that has
-one column in degrees may have others in degrees, however wrong they are.
+The first row also shows the unit and the sign if the motion is wrong. If the row equals the initial
+conditions in only one unit and sign, the column has these. An angle has the sign of its rate. If
+one column of a file is in degrees, others may be in degrees, however wrong they are.
 
-Before, the default is five times as likely as any other, and so is what belongs to a definition
-that was found before: the derivative of the angle beside it, the pitch and yaw of the same
-attitude. What the odds against it are below 20 to 1 is left open: nothing is claimed without
-evidence.
+Before the values are compared, the default is five times as likely as any other definition. The
+same holds for a definition that belongs to one already found: the derivative of the file's own
+angle, or the pitch and yaw of the same attitude. A definition remains open while the odds against
+it are below 20 to 1: nothing is claimed without evidence.
 
 A wrong motion may be nearest to any definition by chance. So errors that are smaller than the error
 of the motion count as if they were as large as it. The error of the motion is a fraction of the
 column's variation: the median of this fraction over the other columns. A column that is off by over
-a tenth of its variation in its nearest definition shows the error, too: at least twice its own.
+a tenth of its variation in its nearest definition also shows the error: at least twice its own.
 
-*None of these* is a hypothesis, too: once in a hundred files a column is of a definition that is
-not known here. It would be as far from those known as they are from each other. So the odds against
-it fall by errors that are larger than those of the columns of one meaning, and rise where these and
-the column itself are nearer than the next definition. An error of the motion moves a column as the
-motion does, so errors are compared in parts of what each column varies by. A speed that is off by a
-constant varies no more for it: where no kinetic energy shows that, they are compared in scales.
+*None of the known definitions* is a hypothesis, too, with a prior of one in a hundred files. An
+unknown definition would be as far from the known ones as they are from each other. The odds against
+it fall if the column's errors are larger than the errors of columns with only one definition. They
+rise if both errors are smaller than the distance to the next definition. A wrong motion moves all
+columns, so errors are compared relative to the variation of each column. A constant error of the
+speed does not change its variation. In a file without a kinetic energy, which would show this
+error, errors are compared relative to the scales.
 
 The heading, the places on the floor and the angles of the wheels have no natural zero: a program
 may start them from any value.
 
-The zero of the energies is free, and the same for both. A constant is taken for it that is ten
-times what any other column is off by: no error of the motion is so large and so even.
+The zero of the energies is free, and the same for both. A constant difference counts as another
+zero if it is ten times as large as the error of any other column: an error of the motion is never
+so large and so even.
 """
 
 from __future__ import annotations
@@ -60,34 +63,33 @@ from heyoka_bike.bicycle.columns import (
     RATE_OF,
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
-from heyoka_bike.scoring.alignment import HALF, Part
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
-# An error curve counts as so many independent values. Those of programs have about five (the
-# participation ratio of their spectra); with three, odds claimed against the truth are rarer than
-# they say, from a quarter of a second to ten, see docs/measures.md.
+# An error curve counts as this many independent values. Error curves of programs have about five
+# (the participation ratio of their spectra). With three, wrong claims are rarer than the odds
+# allow, for runs from a quarter of a second to ten seconds, see docs/measures.md.
 _INDEPENDENT_VALUES = 3
 _LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
-# The first row, or a whole maneuver, may have been written otherwise than the rest, once in so many
-# files.
+# In one file in a thousand, the first row or a whole maneuver is written differently from the rest.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# One row of so many is left out of the typical error.
+# The typical error leaves out one row in this many: those with the largest errors.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
-"""Of what hardly varies, such as a speed, the error of what is near: units that are not tried, ft/s
-or a wheel's rad/s, come within a tenth of one that is."""
-# What is expected is so many times as likely before as any other definition.
+"""Largest relative error of a column that hardly varies, such as a speed, for its unit to be
+recognised. Units that are not tried, such as ft/s, may be within a tenth of one that is."""
+# Prior odds of an expected definition against any other.
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
-# One file in so many has a column of a definition that is not known here.
+# Prior odds that a column has one of the known definitions.
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 
-_Way = tuple[str, int]
+_UnitAndSign = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
@@ -96,7 +98,7 @@ _UNSIGNED = (*_ENERGY_KEYS, "rear_friction", "front_friction")
 
 @dataclass(frozen=True, slots=True)
 class Understanding:
-    """The definition, unit, sign and zero by which a written column is read.
+    """The interpretation of a written column: its definition, unit, sign and zero.
 
     Attributes
     ----------
@@ -105,12 +107,13 @@ class Understanding:
     unit, sign, offset, offset_lo
         SI value = sign * (value in unit) - offset - offset_lo, the latter far smaller.
     indistinguishable : tuple of str
-        Definitions that the file cannot tell from it.
+        Definitions that the file cannot distinguish from this one.
     odds : mapping of str to float
-        How much likelier it is than each other definition, decimal logarithms; below zero if this
-        one was taken for the sake of other runs.
+        Odds of this definition against each other one, as decimal logarithms. They are below zero
+        if this definition was chosen to agree with other runs.
     none : float or None
-        The same against every definition that is not known here; None of a column with one.
+        Odds of this definition against any unknown one, as a decimal logarithm; None if only one
+        definition is known.
     """
 
     column: Column
@@ -123,7 +126,7 @@ class Understanding:
     none: float | None = None
 
     def taken_as(self, column: Column) -> Understanding:
-        """The column taken by another definition, with what the file cannot tell from that."""
+        """Return the interpretation with another definition, and its odds against the others."""
         mine = self.odds[column.definition]
         odds = {d: x - mine for d, x in self.odds.items()}
         odds[self.column.definition] = -mine
@@ -133,7 +136,7 @@ class Understanding:
         return replace(self, column=column, indistinguishable=alike, odds=odds, none=none)
 
     def assumed(self) -> Column:
-        """The definition of the motion: the default, unless the file tells that it is not."""
+        """Return the definition to assume: the default, unless the file excludes it."""
         default = COMPARED[self.column.key][0]
         return default if default.definition in self.indistinguishable else self.column
 
@@ -143,11 +146,11 @@ class Understanding:
         return self.sign * factor(self.unit)[0]
 
     def in_si(self, values: Array) -> Array:
-        """Written values in SI units, with the sign and the zero of the definition."""
+        """Return written values in SI units, with the sign and the zero of the definition."""
         return self.factor * values - self.offset
 
     def exactly_in_si(self, values: Double) -> Double:
-        """Written values in SI units to 32 digits, as hi + lo; lo is often zero."""
+        """Return written values in SI units to 32 digits, as hi + lo; lo is often zero."""
         hi, lo = to_si(values, self.unit)
         if self.sign < 0:
             hi, lo = -hi, -lo
@@ -157,39 +160,39 @@ class Understanding:
         return two_sum(hi, rest + (lo - self.offset_lo))
 
     def is_plain(self) -> bool:
-        """True if the column is taken as written."""
+        """True if the column is read as written: default definition, SI unit, sign and zero."""
         is_moved = self.sign < 0 or self.unit != self.column.unit or self.offset
         return self.column.default and not is_moved
 
 
 Understandings = Mapping[str, Understanding]
-"""The understanding of each column of a file, by key."""
+"""The interpretation of each column of a file, by key."""
 
 
 def plain(key: str) -> Understanding:
-    """A column as written: default definition, SI unit, right positive, zero at the floor."""
+    """Read a column as written: default definition, SI unit, right positive, zero at the floor."""
     column = COMPARED[key][0]
     return Understanding(column, column.unit)
 
 
 def understand(parts: Sequence[Part]) -> Understandings:
-    """Return the understanding of each column of a file; one choice for all its maneuvers."""
+    """Return the interpretation of each column of a file, the same for all its maneuvers."""
     samples = [Sample(part) for part in parts]
     found = understand_samples(samples)
-    return {key: _against_none(key, found, samples) for key in found}
+    return {key: _with_odds_against_unknown(key, found, samples) for key in found}
 
 
 def understand_samples(samples: Sequence[Sample]) -> Understandings:
-    """Return the understanding of each column against the motion that the samples expect."""
+    """Return the interpretation of each column that fits the samples' expected motion best."""
     found: dict[str, Understanding] = {}
-    starts = _ways_at_start(samples)
+    starts = _units_and_signs_at_start(samples)
     off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
     for key in COMPARED:
         having = [i for i, s in enumerate(samples) if key in s.values]
         if having:
             errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
             found[key] = _choose(key, [samples[i] for i in having], errors, found, starts)
-    # The kinetic energy has no zero to choose, so its unit is the surest where headings tell none.
+    # The kinetic energy has no free zero, so it shows the unit best if no heading names one.
     energies = [key for key in _ENERGY_KEYS if key in found]
     if energies:
         found.update(_in_unit(found[energies[0]].unit, energies, found, samples))
@@ -198,16 +201,16 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
 
 
 class Sample:
-    """Some rows of a part, with every definition at them and what a written digit is worth.
+    """Some rows of a part, with the expected values in every definition and the resolution.
 
     Parameters
     ----------
     part : Part
     pick : ndarray of int, shape (n,)
-        The rows; by default as `Part.sample` has it.
+        The rows; by default those of `Part.sample`.
     expected : mapping of str to ndarray, shape (n,)
-        Columns at these rows in every definition that the reference has; by default those of the
-        reference. Rows where it is not finite do not count.
+        Expected values at these rows, by column and definition; by default the reference's. Rows
+        where they are not finite are left out.
     """
 
     def __init__(
@@ -237,11 +240,11 @@ class Sample:
             scale = part.reference.scale(key)
             written = float(median(part.spacing(key, values[good]))) / 2
             self.scale[key] = scale
-            # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
+            # The resolution of binary64, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def start(self, key: str) -> float:
-        """The given value of a column at the start, by its default definition; 0 without a row."""
+        """Return the initial value in the default definition; 0 if it is small or has no row."""
         first = float(self.expected[self.definitions[key][0].name][0])
         return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
@@ -251,16 +254,16 @@ class Sample:
     def log_likelihoods(
         self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
     ) -> Array:
-        """Natural logarithms, but for a constant that is the same for all candidates.
+        """Return log likelihoods of candidates, up to a constant that is the same for all.
 
-        All at once: there are some hundred candidates, whose errors are a few hundred numbers each.
+        They are computed together: there are some hundred candidates, each with some hundred rows.
 
         Parameters
         ----------
         key, candidates
         error_of_motion
-            Error that the motion itself may have in this column [SI]. Smaller errors are chance, so
-            they count as this one.
+            Error that the motion itself may have in this column [SI]. Smaller errors are chance:
+            they count as if they were as large.
         """
         factors = np.array([u.factor for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
@@ -271,7 +274,7 @@ class Sample:
         smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))
         if key in self.at_start:
-            # How much the first row speaks against each, as a natural logarithm of odds.
+            # Evidence of the first row against each candidate, as natural log odds.
             against = np.clip(
                 np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _LOG_ODDS_AGAINST_ODD_ROW
             )
@@ -279,12 +282,12 @@ class Sample:
         return np.asarray(-_INDEPENDENT_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
-        """`log_likelihoods` of a column that does not vary."""
+        """Return the log likelihood that the column is constant, comparable to the others."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
         return -_INDEPENDENT_VALUES * float(np.log(max(varies, self.smallest(key, u))))
 
     def moves(self, key: str) -> float:
-        """Return the size to which errors of the motion in a column are proportional [SI]."""
+        """Return the size relative to which errors of the motion in a column are compared [SI]."""
         if "kinetic_energy" not in self.values:
             return self.scale[key]
         if key in _ENERGY_KEYS:
@@ -306,7 +309,7 @@ class Sample:
         varies = self.varies_by(key)
         if not varies:
             return None
-        factors = [sign * factor(unit)[0] for unit, sign in _ways(key, (self,))]
+        factors = [sign * factor(unit)[0] for unit, sign in _units_and_signs(key, (self,))]
         expected = np.array([self.expected[c.name] for c in self.definitions[key]])
         errors = np.multiply.outer(factors, self.values[key])[:, None] - expected
         errors = errors.reshape(-1, errors.shape[-1])
@@ -315,12 +318,12 @@ class Sample:
         return float(np.min(_typical_sizes(np.abs(errors)))) / varies
 
     def typical(self, key: str, u: Understanding) -> float:
-        """Root mean square of the errors but the largest, not below what the digits can tell."""
+        """Return the root mean square error without the largest, at least the resolution [SI]."""
         found = _typical_sizes(np.abs(self.error(key, u))[None])
         return max(float(found[0]), self.smallest(key, u))
 
     def smallest(self, key: str, u: Understanding) -> float:
-        """Return the smallest error that the digits written, and binary64, can tell [SI]."""
+        """Return the smallest error that the digits written, and binary64, can show [SI]."""
         written, known = self.floor[key]
         return max(written * factor(u.unit)[0], known)
 
@@ -342,12 +345,12 @@ def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
-def _joint(sizes: Iterable[float]) -> float:
-    """Logarithm of a product, which itself may overflow."""
+def _log_product(sizes: Iterable[float]) -> float:
+    """Return the logarithm of the product of sizes, which itself may overflow."""
     return float(np.sum(np.log(list(sizes))))
 
 
-def _before(key: str, column: Column, found: Understandings) -> float:
+def _log_prior(key: str, column: Column, found: Understandings) -> float:
     """Return the prior odds of a definition against another, as a natural logarithm."""
     angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
@@ -356,38 +359,44 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
-    """All units and signs that a column may have."""
+def _units_and_signs(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
+    """Return all units and signs that a column may have."""
     units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
     return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
 
 
 def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
-    """The unit that the heading of a column says."""
+    """Return the unit that the heading of a column names, if any."""
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
-def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
-    """Unit and sign of the columns whose first row is the given value in one way alone."""
+def _units_and_signs_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
+    """Return unit and sign of columns that equal the initial conditions in only one way."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
         having = [s for s in samples if key in s.values and s.start(key)]
-        fitting = [way for way in _ways(key, samples) if all(_begins(s, key, *way) for s in having)]
+        fitting = [
+            way
+            for way in _units_and_signs(key, samples)
+            if all(_begins(s, key, *way) for s in having)
+        ]
         if having and len(fitting) == 1:
             found[key] = fitting[0]
     return found
 
 
 def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
-    """True if the first value is the given one, as nearly as what is right."""
+    """True if the first value equals the initial condition within `TOLERANCE`."""
     written, given = sign * factor(unit)[0] * sample.values[key][0], sample.start(key)
     return bool(abs(written - given) <= TOLERANCE * abs(given))
 
 
-def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
-    """Unit and sign that the first row or the heading says.
+def _assumed_unit_and_sign(
+    key: str, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> _UnitAndSign:
+    """Return the unit and sign that the first row or the heading shows.
 
-    They are believed until the values say otherwise, of a wrong motion, too.
+    They are assumed unless the values clearly contradict them, even if the motion is wrong.
     """
     if key in starts:
         return starts[key]
@@ -412,9 +421,9 @@ def _choose(
     samples: Sequence[Sample],
     errors_of_motion: Sequence[float],
     found: Understandings,
-    starts: Mapping[str, _Way],
+    starts: Mapping[str, _UnitAndSign],
 ) -> Understanding:
-    """Unit and sign, then the definition under them.
+    """Choose the unit and the sign of a column, then its definition.
 
     Parameters
     ----------
@@ -422,33 +431,35 @@ def _choose(
     errors_of_motion
         Error of the motion in each sample, see `_error_of_motion`.
     found
-        How other columns are taken.
+        Interpretations of the columns that were chosen before.
     starts
-        Units and signs that the first row tells.
+        Units and signs that the first row shows.
     """
     columns = samples[0].definitions[key]
-    told = _told_way(key, samples, starts)
-    ways = _ways(key, samples)
+    assumed = _assumed_unit_and_sign(key, samples, starts)
+    ways = _units_and_signs(key, samples)
     candidates = [Understanding(c, *way) for way in ways for c in columns]
-    before = np.array([_before(key, c, found) for c in columns])
+    before = np.array([_log_prior(key, c, found) for c in columns])
     likely = np.tile(before, len(ways)) + np.sum(
         [s.log_likelihoods(key, candidates) for s in samples], axis=0
     )
-    # By way and definition; of equals the first, the default.
+    # A row for each unit and sign, a column for each definition; the first maximum is the default.
     table = likely.reshape(len(ways), -1)
-    way, as_told = int(np.argmax(table.max(axis=1))), ways.index(told)
+    way, row_assumed = int(np.argmax(table.max(axis=1))), ways.index(assumed)
     best = _with_free_zero(key, candidates[int(np.argmax(likely))], samples)
     typical = _typical(key, best, samples)
-    if not _is_shown(key, typical, samples):
-        return replace(plain(key), unit=told[0], sign=told[1])
+    if not _has_enough_rows(key, typical, samples):
+        return replace(plain(key), unit=assumed[0], sign=assumed[1])
     if not _is_near(key, typical, samples):
-        # Of a wrong motion, but in the units of other columns: that of a rate is that of an angle.
+        # The motion is wrong: only a unit that the first row of another column shows is credible.
         units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
-        possible = [i for i, (unit, sign) in enumerate(ways) if unit in units and sign == told[1]]
-        way = max((as_told, *possible), key=lambda i: table[i].max())
-    if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
-        way = as_told
-    # A wrong motion may be nearest to any definition: errors below that of the motion are chance.
+        possible = [
+            i for i, (unit, sign) in enumerate(ways) if unit in units and sign == assumed[1]
+        ]
+        way = max((row_assumed, *possible), key=lambda i: table[i].max())
+    if float(table[way].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
+        way = row_assumed
+    # A wrong motion may be nearest to any definition: errors below the motion's own are chance.
     of_way = [Understanding(c, *ways[way]) for c in columns]
     by_definition = before + np.sum(
         [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
@@ -458,11 +469,11 @@ def _choose(
     taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
-        # One number, such as the speed of the linear equations, is nearest to whichever definition
-        # varies the least, and means none of them.
+        # A constant, such as the speed of the linear equations, is nearest to the definition that
+        # varies the least, but this does not mean that it has this definition.
         return replace(taken, column=columns[0])
     less = by_definition[chosen] - by_definition
-    # What is claimed is shown by the values alone.
+    # Claims rest on the values alone: prior odds in favour of the choice do not count.
     shown = less - np.maximum(before[chosen] - before, 0.0)
     others = [i for i in range(len(columns)) if i != chosen]
     return replace(
@@ -475,7 +486,7 @@ def _choose(
 
 
 def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Understanding:
-    """Return the understanding with the offset of the file's first row, if it explains the errors.
+    """Return the interpretation with the first row's offset, if that explains the errors.
 
     The first row is that of the first maneuver that has the column. The offset explains the errors
     if it clearly reduces the typical error in every maneuver.
@@ -487,36 +498,39 @@ def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Un
     return moved if all(before >= CLEARLY * after for before, after in both) else u
 
 
-def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
-    """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
+def _has_enough_rows(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
+    """True if there are enough rows to judge by, or if the few rows fit to the last digit."""
+    if max(len(s.values[key]) for s in samples) >= MIN_ROWS_FOR_SHAPE:
         return True
     floors = [sum(s.floor[key]) for s in samples]
     return all(t <= CLEARLY * f for t, f in zip(typical, floors, strict=True))
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
-    """True if the typical error is below half the size of the column itself.
+    """True if the typical error is below half the root mean square of the column itself.
 
-    Zeros, or any noise scaled down to nothing, have an error as large as that.
+    A column of zeros, or of noise in a unit that makes it tiny, has an error as large as the
+    column.
     """
-    varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
-    limit = HALF if varies else NEAR_STEADY
+    varies = any(
+        float(np.ptp(s.expected[key])) >= MEANINGLESS_ERROR * s.scale[key] for s in samples
+    )
+    limit = MEANINGLESS_ERROR if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
-    return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
+    return all(sizes) and _log_product(typical) < _log_product(limit * x for x in sizes)
 
 
-def accuracy(
+def _motion_error(
     sample: Sample,
     found: Understandings,
     without: Collection[str] = (),
     size: Callable[[str], float] | None = None,
 ) -> float:
-    """Return the largest typical error of a column of one meaning: the motion is off by as much.
+    """Return the largest relative error of the columns with one definition: the motion's error.
 
-    In parts of a size of each column, by default its scale; 1 where too little tells: roll and
-    steer move together, while speed and energies follow their squares and may be right beside a
-    motion that is not.
+    Errors are relative to the size of each column, by default its scale. The result is 1 if too few
+    columns show the motion: at least two, with roll or steer among them. Speed and energies follow
+    the squares of roll and steer, so they may be right in a wrong motion.
     """
     of = sample.scale.__getitem__ if size is None else size
     errors = {
@@ -529,11 +543,11 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
-def _moves_rightly(sample: Sample, found: Understandings) -> float:
-    """Return by how much the speed and the kinetic energy are off, in parts of what they vary by.
+def _speed_error(sample: Sample, found: Understandings) -> float:
+    """Return the error of the speed and the kinetic energy, relative to their variation.
 
-    They vary with the squares of roll and steer, so the motion is off by half as much; 1 if neither
-    is there.
+    They vary with the squares of roll and steer, so the motion's relative error is half as large.
+    The result is 1 without these columns.
     """
     found_beside = [k for k in ("forward_speed", "kinetic_energy") if k in sample.values]
     right = {k: sample.expected[sample.definitions[k][0].name] for k in found_beside}
@@ -542,27 +556,29 @@ def _moves_rightly(sample: Sample, found: Understandings) -> float:
     return max(off, default=1.0)
 
 
-def _leans_rightly(sample: Sample, found: Understandings) -> float:
-    """Return by how much roll and steer are off, in scales, as they are taken; 1 without either."""
+def _lateral_error(sample: Sample, found: Understandings) -> float:
+    """Return the error of roll and steer as interpreted, in scales; 1 without these columns."""
     errors = [sample.typical(k, found[k]) / sample.scale[k]
               for k in sample.values if k in LATERAL and sample.scale[k]]  # fmt: skip
     return max(errors, default=1.0)
 
 
-def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
-    """A column as taken, with the odds that it is of none of the definitions."""
+def _with_odds_against_unknown(
+    key: str, found: Understandings, samples: Sequence[Sample]
+) -> Understanding:
+    """Add the odds of the chosen definition against any unknown one."""
     u, having = found[key], [s for s in samples if key in s.values]
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
     if not others:
         return u
     odds = _LOG_ODDS_OF_KNOWN
     for s in having:
-        if accuracy(s, found) >= TOLERANCE:
-            # A motion that is wrong itself tells nothing.
+        if _motion_error(s, found) >= TOLERANCE:
+            # A wrong motion shows nothing about the definition.
             continue
-        off_by = accuracy(s, found, size=s.moves)
-        allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
-        # A few bad rows are no other meaning.
+        off_by = _motion_error(s, found, size=s.moves)
+        allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
+        # A few bad rows do not indicate another definition.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
@@ -578,23 +594,23 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
 def _in_unit(
     unit: str, keys: Iterable[str], found: Understandings, samples: Sequence[Sample]
 ) -> dict[str, Understanding]:
-    """Those of the energies whose headings tell no unit, in this one."""
+    """Return interpretations of energies in `unit`, unless their headings name a unit."""
     untold = [key for key in keys if _named_unit(key, samples) is None]
     return {key: replace(found[key], unit=unit) for key in untold}
 
 
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
-    """A zero of the energies elsewhere, the same for both.
+    """Find another zero of the energies, the same for both.
 
-    It is looked for in the potential energy, or in what the mechanical energy is more than the
-    kinetic one: an offset of the mechanical energy alone, which is constant, could as well be a
-    wrong initial state, unless the motion is right.
+    It is sought in the potential energy, or in the mechanical minus the kinetic energy. An offset
+    of the mechanical energy alone, which is constant, could as well be an error of the initial
+    conditions, unless the motion is right.
     """
     leader = next((key for key in ZEROED if key in found), None)
     if leader is None:
         return
-    # The kinetic energy tells the unit; without it, another zero hides it, and only how much the
-    # potential energy varies shows it.
+    # The kinetic energy shows the unit. Without it, another zero hides the unit, and only the
+    # variation of the potential energy shows it.
     known = found[leader].unit
     is_hidden = leader == ZEROED[0] and "kinetic_energy" not in found
     units = UNITS["J"] if is_hidden else (known,)
@@ -618,7 +634,7 @@ def _with_offset(
     before: Understandings,
     samples: Sequence[Sample],
 ) -> Understandings:
-    """The energies with the zero that explains them; empty if none does."""
+    """Return the energies with the zero that explains their errors; empty if none does."""
     u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
@@ -629,21 +645,23 @@ def _with_offset(
         errors = [
             e - s.error("kinetic_energy", kinetic) for e, s in zip(errors, having, strict=True)
         ]
-    # From the maneuver in which the error is the most constant, its least disturbed row: the first.
+    # Take the maneuver in which the error is most constant, and its first row, the least disturbed.
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
     off_by = max(
-        min(accuracy(s, before, ZEROED), _moves_rightly(s, before), _leans_rightly(s, before))
+        min(_motion_error(s, before, ZEROED), _speed_error(s, before), _lateral_error(s, before))
         for s in having
     )
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
-    is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
-    # What is left must be an error of the motion, not all of it.
-    is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
+    is_zero = (
+        is_far and (shows_height or off_by < TOLERANCE) and _has_enough_rows(key, left, having)
+    )
+    # The remaining error must be smaller than the motion itself.
+    is_zero &= all(t <= MEANINGLESS_ERROR * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
-    # The typical error falls by that much in each maneuver.
+    # The typical error must clearly fall in each maneuver.
     fits = all(
         a / b >= CLEARLY
         for k, v in moved.items()

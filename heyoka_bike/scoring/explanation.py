@@ -1,4 +1,4 @@
-"""What explains a file, for its figure: a sentence, and the error before and after."""
+"""The explanation of a file's errors, for its figure: a sentence, and errors before and after."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class Curve:
     time : ndarray, shape (n,)
         [s]
     before, after : ndarray, shape (n,)
-        Absolute error against the reference, and against what explains the file [unit].
+        Absolute error against the reference, and against the motion that explains the file [unit].
     """
 
     maneuver: int
@@ -28,14 +28,14 @@ class Curve:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Explanation:
-    """The first of what a diagnosis found, for the figure; its words are among the findings.
+    """The first cause that a diagnosis found, for the figure; its text is among the findings.
 
     Attributes
     ----------
     says
         One sentence without a full stop.
     curves : tuple of Curve
-        In each maneuver the column that it explains best.
+        The column of each maneuver that the cause explains best.
     """
 
     says: str

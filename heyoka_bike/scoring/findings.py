@@ -1,4 +1,4 @@
-"""Findings: remarks about a result file, one record each, the same in every format."""
+"""Findings: remarks about a result file, one record each, identical in every output format."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,14 +10,14 @@ class Severity(StrEnum):
     """Importance of a finding."""
 
     INFO = "info"
-    """Tells how the file was understood; nothing is wrong."""
+    """How the file was interpreted; nothing is wrong."""
     WARNING = "warning"
     """Part of the file could not be used, or it disagrees with itself."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing worth saying.
+    """One remark about a result file.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Finding:
         One or two sentences for people.
     severity
     evidence
-        The numbers behind it; JSON values only, finite.
+        The numbers behind the message; JSON values only, finite.
     """
 
     code: str
@@ -37,12 +37,12 @@ class Finding:
 
 
 def info(code: str, message: str, **evidence: Any) -> Finding:
-    """A finding about how the file was understood."""
+    """Return a finding about how the file was interpreted."""
     return Finding(code, message, evidence=evidence)
 
 
 def warning(code: str, message: str, **evidence: Any) -> Finding:
-    """A finding about what could not be used, or is odd."""
+    """Return a finding about a part of the file that was not used or contradicts another."""
     return Finding(code, message, Severity.WARNING, evidence)
 
 
@@ -53,6 +53,6 @@ def maneuvers(numbers: Iterable[int]) -> str:
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:
-    """Columns of a sentence, not too many of them; by default as many as the benchmark has."""
+    """List at most `most` columns for a sentence, and count the others."""
     more = len(keys) - most
     return ", ".join(keys[:most]) + (f" and {more} more" if more > 0 else "")

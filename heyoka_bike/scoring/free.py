@@ -35,10 +35,10 @@ from heyoka_bike.scoring.units import factor, tried
 
 # Fraction of a turn by which rounding may widen the range of angles within one turn.
 _ROUNDING = 1e-3
-# Largest size of an angle that is written within one turn [turns]: angles of the benchmark may
-# reach a quarter of a turn beyond it.
+# Largest absolute value of an angle that is written within one turn [turns]: the benchmark's angles
+# may exceed the turn by a quarter.
 _MOST_TURNS = 1.25
-# Least number of rows that shows a direction.
+# Fewest rows that show the direction of a path.
 _FEWEST_ROWS_OF_PATH = 3
 _ANGLES = tuple(key for key, columns in COMPARED.items() if columns[0].unit == "rad")
 _PLACES = tuple(
@@ -51,7 +51,7 @@ def with_free_values(
 ) -> tuple[AnyRows, tuple[Evidence, ...]]:
     """Return the rows with whole turns added to angles that jump, and the path turned back.
 
-    Quaternions get their scalar first. The evidence tells what was changed.
+    Quaternions get their scalar first. The evidence describes each change.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def _quaternion(end: str) -> list[str]:
 
 
 def _has_scalar_last(rows: Rows, end: str, reference: ReferenceManeuver) -> bool:
-    """True if the quaternion of a frame is clearly nearer with its last part as the scalar.
+    """True if the quaternion of a frame fits clearly better with its last element as the scalar.
 
-    Only sizes are compared, because the parts have other signs in other axes.
+    Only absolute values are compared, because the signs depend on the choice of axes.
     """
     keys = _quaternion(end)
     if not rows.values.keys() >= {*keys}:
@@ -111,7 +111,7 @@ class _Turns(NamedTuple):
 
 
 def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
-    """Return the whole turns that an angle lacks; None if it is not written within one turn."""
+    """Return the whole turns missing from an angle; None if it is not written within one turn."""
     values = rows.values.get(key)
     if values is None:
         return None
@@ -124,7 +124,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
         turn = _turn(unit)
         one = float(turn)
         within = float(np.ptp(written)) <= (1 + _ROUNDING) * one
-        # An angle with a fixed zero is also near it.
+        # An angle with a fixed zero also stays near that zero.
         within &= key in FREE_ZERO or float(np.abs(written).max()) <= _MOST_TURNS * one
         is_beyond = key not in FREE_ZERO and bool(np.abs(written).min() > one / 2)
         if not within or not (is_beyond or np.abs(np.diff(written)).max() > one / 2):
@@ -143,7 +143,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
 def _unwrapped(
     written: Array, expected: Array, turn: float, is_beyond: bool
 ) -> tuple[Array, float, float]:
-    """Return the turns that each row lacks, and the rms errors with and without these turns.
+    """Return the turns missing from each row, and the rms errors with and without these turns.
 
     The errors are those of the steps between rows. For an angle that never comes near its zero
     (`is_beyond`), they are those of the angle itself.
@@ -156,7 +156,7 @@ def _unwrapped(
 
 
 def _turn(unit: str) -> Fraction:
-    """A turn in a unit of angles."""
+    """Return the size of a whole turn in a unit of angle."""
     found = size(unit)
     assert found is not None
     one, half_turns, _ = found
@@ -183,7 +183,7 @@ def _sum(a: Double, b: Double) -> Double:
 
 
 def _step(quantum: Quantum, *written: Array) -> Quantum:
-    """Return the resolution of changed numbers: that of the largest one as it was written."""
+    """Return the resolution of changed numbers: the resolution of the largest written number."""
     largest = max(float(np.nanmax(np.abs(x))) for x in written)
     return Quantum(2, places=0, step=float(quantum.at(np.array(largest))))
 
@@ -196,7 +196,7 @@ class _Heading(NamedTuple):
 
 
 def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | None:
-    """Return the heading at the start; None if the path is not far nearer when turned back."""
+    """Return the heading at the start; None if turning the path back does not fit far better."""
     places = [p for p in _PLACES if f"{p}_x" in rows.values and f"{p}_y" in rows.values]
     if not places:
         return None

@@ -1,40 +1,42 @@
-"""The grade of a column: right, close, wrong, or not to be told at the digits written.
+"""The grade of a column: right, undecided, close or wrong.
 
-A column is *right* if each of its values is within 1e-6 of the column's largest value of the exact
-one, six correct digits, and is written finely enough to show that. What the digits written leave
-open *cannot be told*: some right value would be written so. All else is close or wrong, by what
-rounding does not explain. A time means the decimal that is written, so rounded times explain
-nothing, and signs that contradict each other are wrong whatever the digits are.
+A column is *right* if every error is at most 1e-6 of the column's largest value (six correct
+digits), and if its values are written with enough digits to show that. A column is *undecided* if
+its errors may come from rounding to the digits written: a right column could be written alike.
+Otherwise the column is close or wrong, depending on the part of its error that rounding does not
+explain. A time means the decimal that is written, so rounded times explain no error. Signs that
+contradict each other are wrong whatever the digits are.
 """
 
 from enum import IntEnum
 from math import isfinite, log10
 
 MOST_DIGITS = 32.0
-"""Correct digits are not counted beyond this."""
+"""Largest number of correct digits that is reported."""
 
 RIGHT_DIGITS = 6.0
-"""Correct digits of what is called right: what the examples of ``--require`` ask for."""
+"""Correct digits of a right column; the examples of ``--require`` ask for them."""
 
 RIGHT = 10.0**-RIGHT_DIGITS
-"""The same as a part of what is right."""
+"""Largest error of a right column, in scales."""
 
 TOLERANCE = 1e-3
-"""Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
+"""Error, in scales, that `time_to_tolerance` waits for: it is visible in a plot."""
 
-FLOORS_OF_ROUNDING = 4.0
-"""An error of up to so many resolution limits is rounding: a correct file's is one, and sums and
-conversions make it a few."""
+MAX_ROUNDING_FLOORS = 4.0
+"""Errors of up to this many resolution limits count as rounding. Rounding itself makes one; sums
+and unit conversions add a few."""
 
-FEWEST_TELLING_ROWS = 10
-"""Fewer rows show no shape of an error, and no definition but by meeting the digits written."""
+MIN_ROWS_FOR_SHAPE = 10
+"""Fewest rows that show the shape of an error. With fewer rows, a definition is recognised only if
+it fits to the digits written."""
 
 CLOSE_DIGITS = -log10(TOLERANCE)
-"""Correct digits of what is not wrong."""
+"""Fewest correct digits of a column that is not wrong."""
 
 
 class Grade(IntEnum):
-    """From the best to the worst; a file has the worst of its columns."""
+    """Grades from the best to the worst; a file has the worst grade of its columns."""
 
     UNKNOWN = 0
     RIGHT = 1
@@ -44,12 +46,12 @@ class Grade(IntEnum):
 
     @property
     def style(self) -> str:
-        """Name in style sheets and JSON."""
+        """Name of the grade in style sheets and JSON."""
         return self.name.lower()
 
 
 def digits(relative: float | None) -> float | None:
-    """Correct digits of a relative error, -log10, at most 32; None of None."""
+    """Return the correct digits of a relative error, -log10, at most 32; None for None."""
     if relative is None:
         return None
     if relative == 0.0:
@@ -58,12 +60,12 @@ def digits(relative: float | None) -> float | None:
 
 
 def digits_of(error: float, scale: float) -> float:
-    """Correct digits of an error; all that are counted of a column that vanishes."""
+    """Return the correct digits of an error; the most possible if the scale is zero."""
     return digits(error / scale if scale else 0.0) or 0.0
 
 
 def has_right_digits(error: float) -> bool:
-    """True if an error in scales is that of a column which is called right."""
+    """True if an error, in scales, is small enough for a right column."""
     return digits_of(error, 1.0) >= RIGHT_DIGITS
 
 
@@ -75,20 +77,21 @@ def grade(
     scale: float,
     is_contradicted: bool = False,
 ) -> Grade:
-    """Decide what a column is.
+    """Return the grade of a column.
 
     Parameters
     ----------
     error
-        The largest [SI unit]; None if nothing was compared.
+        The largest error [SI unit]; None if nothing was compared.
     unexplained
-        The largest that rounding to the digits of its own row does not explain [SI unit].
+        The largest part of an error that rounding to the digits of its row does not explain
+        [SI unit].
     resolution
-        The largest error of a value that is rounded to the digits of its own row [SI unit].
+        The largest error of a value that is rounded to the digits of its row [SI unit].
     scale
-        Largest value of the reference [SI unit].
+        Largest absolute value of the reference [SI unit].
     is_contradicted
-        Whether the sign contradicts another column's.
+        True if the sign contradicts another column's.
     """
     if error is None or not (scale or error == 0.0):
         return Grade.UNKNOWN

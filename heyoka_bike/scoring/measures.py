@@ -1,26 +1,27 @@
-"""Errors of a column, as exactly as they need to be, and the measures of them.
+"""Errors of a column, as exact as necessary, and their measures.
 
-The task: a program's column f(t_i) at its own times, the exact column r(t_i), and their difference
-e_i = f(t_i) - r(t_i), in SI units. Nothing is interpolated, and no row weighs more than another.
+The error of a row is e_i = f(t_i) - r(t_i), with the program's value f(t_i) and the exact value
+r(t_i), both in SI units. Nothing is interpolated, and all rows have the same weight.
 
 - ``max``, ``rms`` and ``relative`` are in the column's unit, or divided by its *scale*, the largest
   abs(r) over the whole run of the reference (not only where the file has rows, so that a short file
   is judged by the same scale as a long one).
-- ``scd`` and ``mescd`` are named after the Test Set for Initial Value Problem Solvers (Mazzia and
+- ``scd`` and ``mescd`` are names from the Test Set for Initial Value Problem Solvers (Mazzia and
   Magherini, Bari, release 2.4, 2008; formerly CWI), where they are taken over the components at the
   end of the interval. Here they are taken over the rows of one column, the whole run.
 - ``performance`` is eq. (1) of the IFToMM benchmark "Uncontrolled bicycle".
 
-Perfect agreement gives errors of 0 and 32 digits, all that hi + lo can tell.
+Perfect agreement gives errors of 0 and 32 digits, the resolution of hi + lo.
 
-Few values are compared with the reference in hi + lo. Very many are compared in plain binary64
-first, good to 1e-15 of the column's scale, then with `evaluate_many`, good to 1e-27, and with all
-digits only where the error is so small that this would show: the error of a column is always right
-to a tenth of a percent of its largest.
+Up to `FEW` values are compared with the reference in hi + lo. More values are compared in binary64
+first, accurate to 1e-15 of the column's scale, then with `evaluate_many`, accurate to 1e-27, and
+with all digits only if the error is so small that they matter. The errors of a column are always
+accurate to a tenth of a percent of the largest one.
 
-`rounding` is what the digits written allow, each row by its own digits. Digits are counted on some
-rows of a long file, and others may have more: those are not rounded. Digits that are zero in every
-row of a column that varies are no digits, however many are written.
+`rounding` is the error that the digits written allow, in each row by its own digits. In a long
+file, digits are counted in some rows, and other rows may have more digits: these rows are not
+rounded. Digits that are zero in every row of a varying column do not count, however many are
+written.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,19 +40,19 @@ from heyoka_bike.scoring.scores import Growth, Measures
 from heyoka_bike.scoring.units import factor
 
 ROUNDING = 1e-11
-"""Of the scale: what binary64 arithmetic may leave of a run. 1e-16 in each of a million operations
-that add up is 1e-13 to 1e-10; correct programs were seen to stop at 4e-14 to 2e-12."""
+"""Error, in scales, that binary64 arithmetic may cause in a run. A million rounding errors of 1e-16
+add up to 1e-13 to 1e-10; correct programs were seen to reach 4e-14 to 2e-12."""
 
 _PARTS_OF_RUN = 10
 
 
 def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures:
-    """All measures of a column.
+    """Return all measures of a column.
 
     Parameters
     ----------
     t, error, reference : ndarray, shape (n,)
-        Times [s], e and r; finite.
+        Times [s], errors e and exact values r; finite.
     scale
         Largest absolute value of the reference over its run.
     """
@@ -61,7 +62,7 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
     largest = float(np.abs(error[worst]))
     relative = largest / scale if scale else None
     if largest == 0.0:
-        relative = 0.0  # of a column that vanishes, too
+        relative = 0.0  # even if the scale is zero
     return Measures(
         max_abs_error=largest,
         time_of_max=float(t[worst]),
@@ -74,24 +75,32 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
 
 
 def rms(error: Array) -> float:
-    """Root of the mean square, without overflow; NaN without values, which meets no condition."""
+    """Return the root mean square, without overflow; NaN without values, so comparisons fail."""
     if not len(error):
         return nan
     largest = float(np.maximum.reduce(np.abs(error)))
     if largest == 0.0:
         return 0.0
-    # NumPy's mean, without what surrounds it: definitions are told by hundreds of these.
+    # Ufuncs are faster than `np.mean`: choosing a definition needs hundreds of these.
     return largest * sqrt(float(np.add.reduce(np.square(error / largest))) / len(error))
 
 
 def time_to_tolerance(t: Array, error: Array, scale: float) -> float | None:
-    """First time at which abs(e) exceeds 1e-3 of the scale [s]; None if it never does."""
+    """Return the first time at which abs(e) exceeds 1e-3 of the scale [s]; None if it never does.
+
+    Parameters
+    ----------
+    t, error : ndarray, shape (n,)
+        Times [s] and errors.
+    scale
+        Largest absolute value of the reference over its run.
+    """
     above = np.abs(error) > TOLERANCE * scale
     return float(t[np.argmax(above)]) if above.any() else None
 
 
 def growth(t: Array, error: Array, duration: float) -> tuple[Growth, ...]:
-    """Largest abs(e) in each tenth of the run; the end belongs to the last."""
+    """Return the largest abs(e) in each tenth of the run; the last tenth includes the end."""
     ends = np.linspace(0.0, duration, _PARTS_OF_RUN + 1)
     part = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, _PARTS_OF_RUN - 1)
     found = []
@@ -103,17 +112,22 @@ def growth(t: Array, error: Array, duration: float) -> tuple[Growth, ...]:
 
 
 def performance(energy: Array, rest: Array | None = None) -> float | None:
-    """Eq. (1) of the benchmark: 100 (max E - min E) / E0 [%], E0 the first value.
+    """Return eq. (1) of the benchmark: 100 (max E - min E) / E0 [%], E0 the first value.
 
     Parameters
     ----------
     energy, rest : ndarray, shape (n,)
-        hi + lo: what is far below the last digit of binary64 counts where it was written.
+        The energy as hi + lo: digits beyond binary64 count if the file has them.
+
+    Returns
+    -------
+    float or None
+        None with fewer than two values, or with E0 = 0.
 
     Notes
     -----
-    It sees the energy only: a program can pass it with a motion that is wrong by a third, and fail
-    it with output of few digits. None of fewer than two values, or with E0 = 0.
+    Eq. (1) depends on the energy only: a program can pass it with a motion that is wrong by a
+    third, and fail it because it writes too few digits.
 
     References
     ----------
@@ -124,31 +138,31 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
         return None
     change = energy - energy[0]
     if rest is not None:
-        # Neighbouring numbers: their difference is exact where the rest counts.
+        # If the rest matters, the energies are so close that their difference above is exact.
         change = change + (rest - rest[0])
     found = 100.0 * float(np.ptp(change)) / abs(float(energy[0]))
     return found if isfinite(found) else None
 
 
-FEW = 100_000
-"""Up to so many values hi + lo of the reference is always evaluated, and by one thread."""
+MAX_EXACT_VALUES = 100_000
+"""Largest number of values that are always compared in hi + lo, and in one thread."""
 
-# Errors, in scales, from which on the plain reference will do, and that of `evaluate_many`.
-_PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
-# Rows at a time.
+# Above these errors (in scales) the binary64 reference, or `evaluate_many`, is accurate enough.
+_MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_BATCH = 1e-12, 1e-24
 _ROWS_AT_ONCE = 32_768
-# Rows that tell at once that a column has no few digits in common, and the most places of these.
+# Rows that usually show that a column's values are no multiples of a power of ten, and the most
+# decimal places of such a power.
 _ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
-# Larger multiples are told from other numbers by nothing in binary64, whose quotients are right to
-# so many last digits.
-_LARGEST_MULTIPLE_TOLD = 1e13
+# In binary64, larger multiples cannot be distinguished from other numbers: quotients are accurate
+# to this many units in the last place.
+_LARGEST_MULTIPLE = 1e13
 _LAST_DIGITS = 8
 
 
 def is_small(part: Part) -> bool:
-    """True if a part has few values."""
-    return len(part.time) * len(part.values) <= FEW
+    """True if a part has at most `FEW` values."""
+    return len(part.time) * len(part.values) <= MAX_EXACT_VALUES
 
 
 def errors(part: Part, values: Double, name: str) -> Array:
@@ -157,9 +171,9 @@ def errors(part: Part, values: Double, name: str) -> Array:
     Parameters
     ----------
     part : Part
-        With the times of the values.
+        The rows; only their times are used.
     values : pair of ndarray, shape (n,)
-        Hi + lo [SI unit].
+        Values as hi + lo [SI unit].
     name
         Column of the reference.
     """
@@ -177,9 +191,9 @@ def errors(part: Part, values: Double, name: str) -> Array:
         return against(reference.continued)
     near = (reference.approximate(part.time[rows], [name])[name] for rows in _blocks(part))
     error: Array = values[0] - np.concatenate([*near])
-    if _largest(error) < _PLAIN_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_BINARY64 * scale:
         error = against(reference.evaluate_many)
-    if _largest(error) < _MANY_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_BATCH * scale:
         error = against(reference.continued)
     return error
 
@@ -203,15 +217,15 @@ def _largest(error: Array) -> float:
 
 
 def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
-    """Half the distance of neighbouring written numbers.
+    """Return the largest rounding error of each row: half the distance of neighbouring numbers.
 
     Returns
     -------
     half : ndarray, shape (n,) or (1,)
-        At each row, or at the largest value for all rows [SI unit].
+        For each row, or for all rows at the largest value [SI unit].
     floor : float or None
-        The largest error of values that are all rounded alike [SI unit], 0 if some rows have more
-        digits than the others; None if unknown.
+        The largest of these errors [SI unit], 0 if some rows have more digits than the others; None
+        if unknown.
     """
     quantum, values = part.quantum.get(key), part.values[key]
     is_finite = np.isfinite(values)
@@ -223,10 +237,10 @@ def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
         spacing = quantum.at(values)
         is_rounded = _are_multiples(values, spacing) | ~is_finite
     elif key in part.lo:
-        # hi + lo, of twice as many bits.
+        # hi + lo has twice as many bits.
         spacing = spacing * np.finfo(np.float64).eps
     if key not in part.lo:
-        # A text may have more places than the binary64 numbers that it was written from.
+        # A text may have more digits than the binary64 numbers that the program wrote.
         spacing = np.maximum(spacing, np.spacing(np.abs(values if len(spacing) > 1 else largest)))
     common = _in_common(values[is_finite], float(largest[0]))
     spacing = np.where(spacing < common / 2, common, spacing)
@@ -235,16 +249,16 @@ def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
 
 
 def _in_common(values: Array, largest: float) -> float:
-    """The power of ten of which all values are multiples; 0 if there is none.
+    """Return the largest power of ten of which all values are multiples; 0 if there is none.
 
-    Values that are all the same multiple, within what binary64 can tell, show no such digits.
+    A column that varies by less than half the power of ten does not show such digits.
     """
     varies = np.ptp(values)
     for places in range(_MOST_PLACES):
         unit = 10.0**-places
         if (
             varies > unit / 2
-            and largest / unit < _LARGEST_MULTIPLE_TOLD
+            and largest / unit < _LARGEST_MULTIPLE
             and all(
                 _are_multiples(some, unit).all() for some in (values[:_ROWS_TRIED_FIRST], values)
             )

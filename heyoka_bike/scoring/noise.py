@@ -1,7 +1,7 @@
 """Noise: the part of an error that jumps from row to row.
 
-Fourth differences leave nothing of a smooth error and all of what jumps. Those of white noise have
-a correlation with themselves that is known, one and two rows on.
+Fourth differences remove a smooth error and keep the noise. For white noise, their autocorrelation
+at lags of one and two rows is known.
 """
 
 from typing import NamedTuple
@@ -11,10 +11,10 @@ import numpy as np
 from heyoka_bike.numbers.double import Array, median
 
 FEWEST_ROWS = 50
-"""Fewer rows tell no noise: the correlations of so many scatter by a tenth."""
+"""Fewest rows that show whether an error is noise: their autocorrelations scatter by a tenth."""
 
-# Of white noise fourth differences are so many times as large as the noise: their weights are
-# 1, -4, 6, -4, 1. Correlations with themselves one and two rows on, which scatter by 0.1.
+# Fourth differences of white noise are larger than the noise by this factor: their weights are
+# 1, -4, 6, -4, 1. Their autocorrelations at lags of one and two rows scatter by 0.1.
 _GAIN = 70**0.5
 _WHITE, _SCATTER = (-0.8, 0.4), 0.1
 
@@ -25,10 +25,10 @@ class Roughness(NamedTuple):
     Attributes
     ----------
     size
-        Root mean square of what jumps, in the unit of the error.
+        Root mean square of the noise, in the unit of the error.
     at_one, at_two
-        Correlation of the fourth differences with themselves one and two rows on: near 1 of a
-        smooth error, -0.8 and 0.4 of white noise, -1 and 1 of one that alternates.
+        Autocorrelation of the fourth differences at lags of one and two rows: near 1 for a smooth
+        error, -0.8 and 0.4 for white noise, -1 and 1 for an error that alternates.
     """
 
     size: float
@@ -37,15 +37,15 @@ class Roughness(NamedTuple):
 
     @property
     def is_white(self) -> bool:
-        """True of the correlations of white noise."""
+        """True if the autocorrelations are those of white noise."""
         off = abs(self.at_one - _WHITE[0]), abs(self.at_two - _WHITE[1])
         return off[0] < _SCATTER and off[1] < 2 * _SCATTER
 
 
 def roughness(error: Array, parts: int = 1) -> Roughness:
-    """What jumps in an error: medians of so many parts of the run, one after the other.
+    """Return the noise in an error: medians over this many consecutive parts of the run.
 
-    A start that settles, or an event, is not in the medians of several.
+    With several parts, the medians ignore a transient at the start or an event.
     """
     # Squares of the largest errors would overflow.
     largest = float(np.max(np.abs(error))) or 1.0

@@ -1,4 +1,4 @@
-"""What came of a requirement, as values; its sentence is made from these in `showing.sayings`."""
+"""Outcomes of requirements, as values; `showing.wording.requirement_text` makes the sentences."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from heyoka_bike.scoring.verdict import DoesNotCount
 
 @dataclass(frozen=True, slots=True)
 class WorstValue:
-    """The worst value of what a requirement speaks of.
+    """The worst value among those that a requirement is about.
 
     Attributes
     ----------
     value
         Infinite if the tolerance is never exceeded.
     maneuver, key
-        Where it is; the key is None for a metric of a whole maneuver.
+        The place of the value; the key is None for a metric of a whole maneuver.
     is_by_digits
-        True if the digits written show no better value.
+        True if the digits written limit the value.
     """
 
     value: float
@@ -66,7 +66,7 @@ class ValuesMissing:
     ----------
     maneuver, key
     missing, values
-        How many of how many.
+        Number of values that are not finite, and of all values.
     """
 
     maneuver: int
@@ -85,12 +85,12 @@ class SignContradicted:
 
 @dataclass(frozen=True, slots=True)
 class InPart:
-    """The value suffices, but less was compared than the requirement refers to.
+    """The value suffices, but the requirement refers to more than was compared.
 
     Attributes
     ----------
     maneuvers
-        Maneuvers that lack a column or a part of the run.
+        Maneuvers without all columns, or without the whole run.
     columns
         Least number of columns that were compared in one of these maneuvers; None if all were.
     coverage
@@ -110,7 +110,7 @@ class InPart:
 
 @dataclass(frozen=True, slots=True)
 class NothingCompared:
-    """No value of a column could be compared, so that a metric is not defined."""
+    """No value of a column could be compared, so a metric is undefined."""
 
     maneuver: int
     key: str
@@ -119,7 +119,7 @@ class NothingCompared:
 
 @dataclass(frozen=True, slots=True)
 class EnergyDoesNotCount:
-    """Eq. (1) of a maneuver cannot be claimed."""
+    """Eq. (1) of a maneuver does not count, for this reason."""
 
     maneuver: int
     reason: DoesNotCount
@@ -129,24 +129,24 @@ Outcome = (
     WorstValue | NoSuchManeuver | NoSuchColumn | LeftOut | NeverFilledIn | ValuesMissing
     | SignContradicted | NothingCompared | EnergyDoesNotCount | InPart
 )  # fmt: skip
-"""Everything but a worst value is why a requirement is not met, whatever the numbers are."""
+"""Any outcome other than a `WorstValue` is a reason why the requirement is not met."""
 
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """One ``--require`` and what came of it.
+    """One ``--require`` and its outcome.
 
     Attributes
     ----------
     text
-        As given (``2.roll_angle.scd >= 6``).
+        The requirement as given (``2.roll_angle.scd >= 6``).
     met
     found
         The worst value; None if there is none or it is infinite.
     outcome : Outcome
-        Where the worst is, or why the requirement cannot be met.
+        The place of the worst value, or why the requirement cannot be met.
     parts : tuple of Requirement
-        The same of each column of each maneuver that it speaks of, or of each maneuver.
+        The same requirement on each column, or for metrics of maneuvers on each maneuver.
     """
 
     text: str
@@ -158,6 +158,6 @@ class Requirement:
     @property
     def message(self) -> str:
         """The outcome in one sentence."""
-        from heyoka_bike.showing import sayings
+        from heyoka_bike.showing.wording import requirement_text
 
-        return sayings.outcome(self.outcome)
+        return requirement_text.outcome(self.outcome)

@@ -1,30 +1,32 @@
-"""How many times as large one error must be as another to tell something, and what odds must be.
+"""Ratios of two errors that justify a conclusion, and the odds that do.
 
-Whatever is compared, two causes, two columns or two parts of a run, is compared with one of these.
-Their experiments:
+Two causes, two columns or two parts of a run are always compared by one of these ratios. They rest
+on these experiments:
 
-- Errors of correct programs resemble one fitted value by a factor of up to 9, and in two columns
-  alone by up to 47.
-- Of the columns of one meaning one is at most 5.4 times as far off as the others, in the maneuvers
-  of `data/results` and `data/peers` that are right to a hundredth, in parts of what each varies by.
-- Taking a constant from an error that grows leaves half of it.
+- Fitting one value reduces the errors of correct programs by a factor of up to 9, and of up to 47
+  if only two columns are fitted.
+- Among columns with only one definition, one error is at most 5.4 times as large as the others,
+  relative to the variation of each column. This holds for the maneuvers of `data/results` and
+  `data/peers` that are right to a hundredth.
+- Subtracting a constant from a growing error leaves half of it.
 """
 
 AS_GOOD = 2.0
-"""What leaves less than so many times as much is as good: the simpler one is meant."""
+"""Two explanations are equally good if their errors differ by less than this factor: the simpler
+one is chosen."""
 
 CLEARLY = 10.0
-"""What one value makes so many times smaller is explained by it, beside others."""
+"""A fitted value explains an error if it reduces it by this factor and other evidence agrees."""
 
 BY_FAR = 100.0
-"""What becomes so many times smaller is explained, with nothing else to speak for it."""
+"""A fitted value explains an error without other evidence if it reduces it by this factor."""
 
 FEW_COLUMNS = 2
-"""In so many columns whatever is fitted explains more than it should: only by far is enough."""
+"""With this many columns or fewer, any fit looks too good: `BY_FAR` is required."""
 
 MOST_ROWS = 0.9
-"""Of rows: the others may be of an end, an event or a gap, and are written otherwise."""
+"""Fraction of the rows that must agree. The others may be affected by an end, an event or a gap."""
 
 ODDS_CLAIMED = 20.0
-"""Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one
-claim in twenty may be wrong at the most."""
+"""Odds to 1 above which a definition is claimed, or a unit or sign other than the default: at most
+one claim in twenty may be wrong."""

@@ -1,22 +1,22 @@
 """Recognise the maneuver of rows that do not name it: their beginning shows it.
 
-A wrong program begins as the right one does, and departs from it later. So rows are compared with
-each maneuver over spans of time, each twice as long as the one before, and all spans count alike:
-the first hundredth of a second as much as the last five seconds. The difference of a column from a
-maneuver is relative, |x - y| / (|x| + |y|), in the unit, the sign and the zero in which it is
-nearest. For columns that hardly vary, it is relative to their variation. The logarithms of the
-differences are added. Digits, noise or a late error hide a difference in some spans: there all
-maneuvers are equally far, and the other spans decide.
+A wrong program begins like a right one and departs from it later. So rows are compared with each
+maneuver over spans of time, each twice as long as the one before. All spans count alike: the first
+hundredth of a second as much as the last five seconds. The difference of a column from a maneuver
+is relative, |x - y| / (|x| + |y|), in the unit, the sign and the zero that fit best. For columns
+that hardly vary, it is relative to their variation. The logarithms of the differences are added.
+Few digits, noise or a late error hide a difference in some spans: there all maneuvers are equally
+far, and the other spans decide.
 
 The nearest maneuver is a guess while another one cannot be excluded. Two things exclude it:
 
 - The initial conditions of the two differ in a column of the file, or in the rate of an angle, and
-  the first rows are those of the nearest by far.
+  the first rows are by far nearer to those of the nearest maneuver.
 - All rows of a column are near the nearest maneuver, and some are far from the other. Wrong
-  equations can make many motions from the same initial conditions, but hardly the right one of
+  equations can make many motions from the same initial conditions, but hardly the right motion of
   another maneuver.
 
-Nothing excludes a maneuver if a column excludes the nearest one instead.
+No maneuver is excluded if a column excludes the nearest one in the same way.
 """
 
 from __future__ import annotations
@@ -38,42 +38,43 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.units import factor, tried
 
 FASTEST_MODE = 0.05
-"""Time in which the fastest mode of the benchmark decays by e [s]: rows up to this time show the
-initial conditions, whatever the equations are."""
+"""Time constant of the benchmark's fastest mode [s]: rows up to this time show the initial
+conditions, whatever the equations are."""
 
-# Largest relative difference of rows that are near a maneuver, beyond that of their digits.
+# Largest relative difference of rows that are near a maneuver, beyond the rounding of their digits.
 NEAR = 0.01
-# Largest relative difference of first rows that have given initial conditions, and least one of
-# first rows that surely do not: values that differ by a factor of 3. A mistake may turn a speed of
-# 4 m/s into 4.67 m/s.
+# First rows have given initial conditions if their relative difference is at most EXACT. They
+# surely do not if it is at least FAR: their values differ by a factor of 3. A mistake may turn a
+# speed of 4 m/s into 4.67 m/s.
 EXACT, FAR = TOLERANCE, 0.5
-# Rows of a span that are compared; more rows would show the same.
+# Largest number of rows of a span that are compared; more rows would show the same.
 MOST_ROWS_OF_SPAN = 16
-# Log odds of the unit that the heading names, or else SI, against another unit. A sign or a zero as
-# written has the same odds against another one.
+# Log odds of the unit that the heading names, or of the SI unit, against another unit. The sign and
+# the zero as written have the same odds against others.
 LOG_ODDS_AS_WRITTEN = log(5.0)
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
 
-# Columns whose sizes show the maneuver. Others, such as heights and normal forces, vary little
-# about nearly the same value.
+# Columns whose values show the maneuver. The values of others, such as heights and normal forces,
+# are nearly the same in all maneuvers.
 SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
 ROUNDOFF = 1e-15  # relative to the scale of a column
 
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
-    """The maneuver that rows are nearest to.
+    """The maneuver to which rows are nearest.
 
     Attributes
     ----------
     maneuver
         Its number.
     rivals : tuple of int
-        Maneuvers that cannot be excluded, the nearest first; without any, the maneuver is no guess.
+        Other maneuvers that cannot be excluded, the nearest first. If there are none, the maneuver
+        is certain.
     apart : mapping of int to float
-        Typical relative difference from each maneuver, by its number: 1 for rows that have nothing
-        in common with it.
+        Typical relative difference from each maneuver, by its number; 1 if the rows do not resemble
+        it at all.
     """
 
     maneuver: int
@@ -83,18 +84,18 @@ class Recognised:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Column:
-    """How near a column is to a maneuver.
+    """The differences of a column from a maneuver.
 
     Attributes
     ----------
     spans
         Logarithm of the difference in each span; 0 without a row.
     largest
-        The largest difference of all spans, beyond that of the digits.
+        The largest difference of all spans, beyond the rounding of the digits.
     at_start
-        The difference in the first rows, where the initial conditions show; None without.
+        The difference in the first rows, which show the initial conditions; None without such rows.
     cost
-        Logarithm of the odds against the unit, sign and zero in which it is read.
+        Logarithm of the odds against the unit, sign and zero in which the column is read.
     """
 
     spans: Array
@@ -104,11 +105,11 @@ class _Column:
 
 
 _Nearness = Mapping[str, _Column]
-"""How near each column is to one maneuver."""
+"""The differences of each column from one maneuver, by key."""
 
 
 class Candidate(Protocol):
-    """Rows within the run of one of the maneuvers that they may be of."""
+    """Rows within the run of one of the maneuvers to which they may belong."""
 
     @property
     def time(self) -> Array: ...
@@ -122,7 +123,7 @@ class Candidate(Protocol):
 
 
 def recognised(candidates: Mapping[int, Candidate]) -> Recognised | None:
-    """Return the maneuver that rows are nearest to; None without a value to compare.
+    """Return the maneuver to which rows are nearest; None if there is no value to compare.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def _sum(columns: _Nearness) -> float:
 def _is_excluded(
     near: _Nearness, far: _Nearness, maneuver: ReferenceManeuver, other: ReferenceManeuver
 ) -> bool:
-    """True if rows that are near to a maneuver cannot be those of the other one."""
+    """True if rows that are near one maneuver cannot belong to the other one."""
     keys = near.keys() & far.keys()
     starts = [
         (near[key].at_start, far[key].at_start)
@@ -166,20 +167,20 @@ def _is_excluded(
 
 
 def varies(key: str, maneuver: ReferenceManeuver) -> bool:
-    """True if a column has to move as in the maneuver to be near it."""
+    """True if a column can be near the maneuver only if it moves like it."""
     return key not in SIZED or float(np.ptp(maneuver[key])) >= FAR * maneuver.scale(key)
 
 
 def middle(key: str, maneuver: ReferenceManeuver) -> float:
-    """Return the value of a column in a maneuver from which its sizes are measured [SI]."""
+    """Return the value that is subtracted before a column is compared with a maneuver [SI]."""
     return 0.0 if key in SIZED else float(median(maneuver[key]))
 
 
 def factors(key: str, named: str | None, maneuver: ReferenceManeuver) -> Mapping[str, float]:
-    """Factors to SI of the units in which a column may be written, by unit."""
+    """Return the factors to SI of the units in which a column may be written, by unit."""
     found = {unit: factor(unit)[0] for unit in tried(COMPARED[key][0].unit, named)}
     if key == "forward_speed":
-        # A wheel's rate [rad/s].
+        # The speed may be a wheel's rate [rad/s]: the factor is the radius.
         found |= {name: float(Fraction(maneuver.parameters[name])) for name in ("rR", "rF")}
     return found
 
@@ -223,7 +224,7 @@ def _nearness(rows: Candidate) -> _Nearness:
 
 
 def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
-    """Rows of each span: those at the start, then of times that double."""
+    """Yield the rows of each span: those at the start, then spans of doubling length."""
     late = time > 0.0
     doubled = np.full(len(time), -np.inf)
     doubled[late] = np.ceil(np.log2(time[late]))
@@ -238,7 +239,7 @@ _Way = tuple[float, bool, float]
 
 
 def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Way]:
-    """The units, signs and zeros in which a column may be written."""
+    """Yield the units, signs and zeros in which a column may be written."""
     written = named or COMPARED[key][0].unit
     signs = (1,) if key.endswith("energy") else (1, -1)
     zeros = (False, True) if key in ZEROED or key in FREE_ZERO else (False,)
@@ -251,19 +252,19 @@ def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Compared:
-    """Some rows of a column beside one maneuver.
+    """Some rows of a column, to be compared with one maneuver.
 
     Attributes
     ----------
     values, half
-        Values as written, and half the worth of the last digit of each.
+        Values as written, and the largest rounding error of each.
     expected, middle, scale
-        Values of the maneuver at these rows, the value from which sizes are measured, and the scale
-        of the column [SI].
+        Values of the maneuver at these rows, the value that is subtracted before they are compared,
+        and the scale of the column [SI].
     is_finite, is_start
         Rows with a value; rows that show the initial conditions.
     ends
-        Where spans end.
+        Indices at which spans end.
     """
 
     values: Array

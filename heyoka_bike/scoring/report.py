@@ -1,4 +1,4 @@
-"""The report of a scored result file: what was seen and measured, behind every output format."""
+"""The report of a scored result file: evidence and measures, the source of every output format."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heyoka_bike.display import Held
+from heyoka_bike.display import IdentityMapping
 from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
@@ -23,24 +23,24 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class Report(Scored, Held[int, ManeuverScore]):
-    """Everything that is known about a result file: ``report[2]["roll_angle"].scd``.
+class Report(Scored, IdentityMapping[int, ManeuverScore]):
+    """All results of scoring a file: ``report[2]["roll_angle"].scd``.
 
     Attributes
     ----------
     dataset_version
-        Of the reference.
+        Version of the reference.
     bicycle
         Name of the reference's bicycle.
     file : FileInfo
     maneuvers : tuple of ManeuverScore
     seen : tuple of Evidence
-        How the file was understood, and what is odd about it.
+        How the file was interpreted, and what is unusual about it.
     requirements : tuple of Requirement
     diagnosis : tuple of Finding
-        Why the file differs, the likeliest first; empty if that was not asked.
+        Causes of the errors, the likeliest first; empty without a diagnosis.
     explanation : Explanation or None
-        Of a diagnosis, if it found something.
+        The first cause, with its figure; None without a diagnosis, or if it found nothing.
     reference_sha256
         Hash of the reference's numbers, its ``content_sha256``; empty if unknown.
     """
@@ -75,28 +75,28 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def places(self) -> list[Place]:
-        """The columns of which values were compared, each with its maneuver."""
+        """The columns with compared values, each with its maneuver."""
         return [(m, c) for m in self.maneuvers for c in m.compared]
 
     def by_column(self) -> dict[str, list[Place]]:
-        """The columns of which values were compared, by key, in every maneuver that has them."""
+        """Return the columns with compared values by key, in every maneuver that has them."""
         return grouped((c.key, (m, c)) for m, c in self.places)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was seen, in words, with the numbers behind it."""
+        """The evidence as messages, with the numbers behind them."""
         return tuple(e.finding() for e in self.seen)
 
     @property
     def said(self) -> tuple[Finding, ...]:
-        """All findings, those of the diagnosis first; none of them twice."""
+        """All findings without duplicates, those of the diagnosis first."""
         return self.diagnosis + tuple(f for f in self.findings if f not in self.diagnosis)
 
     @property
     def passed(self) -> bool:
-        """True if every requirement is met: without any too, however wrong the file is.
+        """True if every requirement is met.
 
-        Whether it is right is said by `is_right`.
+        Without requirements it is True, too, however wrong the file is; see `is_right`.
         """
         return all(r.met for r in self.requirements)
 
@@ -105,13 +105,13 @@ class Report(Scored, Held[int, ManeuverScore]):
         """True if all eight columns are right over the whole run, in each maneuver of the file.
 
         Each has six correct digits and is written with as many, and no signs contradict each other.
-        A file with fewer columns, or with less of the run, is right as far as it goes: False.
+        False for a file with fewer columns or less of the run, even if everything in it is right.
         """
         return verdict.is_right(self.grades, is_whole=self.is_whole)
 
     @property
     def grades(self) -> list[Grade]:
-        """Grades of all columns; a file has the worst of them."""
+        """Grades of all columns; the file has the worst of them."""
         return [c.grade for m in self.maneuvers for c in m.columns]
 
     @property
@@ -121,10 +121,10 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def is_stopped_early(self) -> bool:
-        """True if the time of the diagnosis was spent before every cause was tried."""
+        """True if the diagnosis reached its time limit before every cause was tried."""
         return any(isinstance(x, StoppedEarly) for x in self.seen)
 
     @property
     def not_compared(self) -> tuple[LostColumn, ...]:
-        """The columns of the result that were not compared, whatever the reason."""
+        """The columns of the result file that were not compared, for any reason."""
         return verdict.lost(self.seen, self.maneuvers)

@@ -1,13 +1,13 @@
 """Requirements on a report: ``[maneuver.][column.]metric op number``.
 
-The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
-``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
-does one that contradicts another of the file by its sign, a column of the file that was not
-compared, and a requirement on something that the file does not have.
+A requirement that names no maneuver or no column is about all of them, and their worst value
+counts: the largest for ``<`` and ``<=``, the smallest for ``>`` and ``>=``. A requirement fails,
+whatever the values are, if one of its columns has values that are not finite, was not compared, or
+contradicts another column by its sign, or if the file does not have the maneuver or the column.
 
-Every requirement refers to all eight columns over the whole run, in each maneuver that it speaks
-of, also if it names one column: what was not compared may be wrong. ``columns >= 5`` and
-``coverage >= 0.3`` say that less is enough, for themselves and for all that is required with them.
+Every requirement refers to all eight columns over the whole run, in each maneuver that it is about,
+even if it names one column: what was not compared may be wrong. ``columns >= 5`` and
+``coverage >= 0.3`` accept less, for themselves and for all other requirements.
 """
 
 import operator
@@ -37,18 +37,18 @@ from heyoka_bike.scoring.outcomes import (
 )
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, claim
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
 )  # fmt: skip
-"""Metrics of a column, see `scores.Measures`; as understood."""
+"""Metrics of a column, in its best interpretation, see `scores.Measures`."""
 
 OF_MANEUVER = ("performance", "columns", "coverage", "gap")
-"""Metrics of a maneuver, see `scores.ManeuverScore`; columns is its `column_count`."""
+"""Metrics of a maneuver, see `scores.ManeuverScore`; ``columns`` is its `column_count`."""
 
 ENOUGH = ("columns", "coverage")
-"""Metrics whose requirements set how much is enough, for themselves and all those with them."""
+"""Metrics whose requirements set how much has to be compared, for all requirements."""
 
 # Attributes of `ManeuverScore` whose names differ from those of their metrics.
 _ATTRIBUTES = {"columns": "column_count"}
@@ -69,12 +69,12 @@ _EXPECTED_FORM = 'expected [maneuver.][column.]metric op number, such as "2.roll
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """A requirement that was read.
+    """A requirement after parsing.
 
     Attributes
     ----------
     maneuver, column
-        Number from 1 and key of what it is about; None for all of them.
+        Number from 1, and key; None for all maneuvers, or all columns.
     metric, op, number
         As in ``scd >= 6``.
     """
@@ -87,18 +87,18 @@ class Parsed:
 
     @property
     def text(self) -> str:
-        """The requirement as it is written."""
+        """The requirement as a text that `parse` reads."""
         place = "".join(f"{x}." for x in (self.maneuver, self.column) if x is not None)
         return f"{place}{self.metric} {self.op} {repr(self.number).removesuffix('.0')}"
 
 
 def parse(text: str) -> Parsed:
-    """Read a requirement.
+    """Parse a requirement.
 
     Raises
     ------
     InputError
-        It has another form, or names an unknown column or metric.
+        The text has another form, or names an unknown column or metric.
     """
     match = _FORM_OF_REQUIREMENT.fullmatch(text)
     if match is None:
@@ -110,12 +110,13 @@ def parse(text: str) -> Parsed:
     if column is not None and column not in COMPARED:
         raise InputError(
             f"require: found column '{column:.40}', expected one of "
-            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or of those of motion.h5"
+            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or a column of motion.h5"
             f"{did_you_mean(column, COMPARED)}"
         )
     if column is not None and metric in OF_MANEUVER:
         raise InputError(
-            f"require: found column '{column}' with '{metric}', which is of a whole maneuver"
+            f"require: found column '{column}' with '{metric}', a metric of a whole maneuver; "
+            "leave out the column"
         )
     number = float(match["number"])
     if not isfinite(number):
@@ -125,7 +126,7 @@ def parse(text: str) -> Parsed:
 
 
 def check(texts: Sequence[str], report: Report) -> tuple[Requirement, ...]:
-    """Compare a report with requirements, of which some may say how much is enough for all.
+    """Compare a report with requirements; some may set how much has to be compared for all.
 
     Raises
     ------
@@ -133,32 +134,34 @@ def check(texts: Sequence[str], report: Report) -> tuple[Requirement, ...]:
         See `parse`.
     """
     every = [parse(text) for text in texts]
-    told = [r for r in every if r.metric in ENOUGH and r.op in (">", ">=")]
+    limits = [r for r in every if r.metric in ENOUGH and r.op in (">", ">=")]
 
     def checked(text: str, r: Parsed) -> Requirement:
-        parts = (_checked(part.text, part, report, told) for part in _parts(r, report))
-        return replace(_checked(text, r, report, told), parts=tuple(parts))
+        parts = (_checked(part.text, part, report, limits) for part in _parts(r, report))
+        return replace(_checked(text, r, report, limits), parts=tuple(parts))
 
     return tuple(map(checked, texts, every))
 
 
-def _checked(text: str, r: Parsed, report: Report, told: Sequence[Parsed]) -> Requirement:
-    found = _outcome(r, report, told)
+def _checked(text: str, r: Parsed, report: Report, limits: Sequence[Parsed]) -> Requirement:
+    found = _outcome(r, report, limits)
     if not isinstance(found, WorstValue):
         return Requirement(text, False, None, found)
     is_met = _COMPARISONS[r.op](found.value, r.number)
-    if is_met and (short := _in_part(r, report, told)):
+    if is_met and (short := _shortfall(r, report, limits)):
         return Requirement(text, False, None, short)
     return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
 
 
-def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None:
+def _shortfall(r: Parsed, report: Report, limits: Sequence[Parsed]) -> InPart | None:
     """Return how much was compared, if it is less than a requirement refers to; else None."""
     about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     columns = [
-        m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
+        m for m in about if m.column_count < ALL_COLUMNS and not _is_limited("columns", m, limits)
     ]
-    covered = [m for m in about if m.coverage < WHOLE and not _is_told("coverage", m, told)]
+    covered = [
+        m for m in about if m.coverage < MIN_COVERAGE and not _is_limited("coverage", m, limits)
+    ]
     if not columns and not covered:
         return None
     return InPart(
@@ -168,13 +171,13 @@ def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None
     )
 
 
-def _is_told(metric: str, m: ManeuverScore, told: Sequence[Parsed]) -> bool:
-    """True if a requirement says how much of a maneuver is enough, by this metric."""
-    return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in told)
+def _is_limited(metric: str, m: ManeuverScore, limits: Sequence[Parsed]) -> bool:
+    """True if a requirement sets how much of a maneuver is enough, by this metric."""
+    return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in limits)
 
 
 def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
-    """The requirement on each column of each maneuver, or on each maneuver."""
+    """Yield the requirement for each column of each maneuver, or for each maneuver."""
     for m in report.maneuvers:
         if r.maneuver not in (None, m.maneuver):
             continue
@@ -186,9 +189,9 @@ def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
                 yield replace(r, maneuver=m.maneuver, column=c.key)
 
 
-def _outcome(r: Parsed, report: Report, told: Sequence[Parsed]) -> Outcome:
-    """The worst value of what a requirement speaks of, or why it is not met whatever they are."""
-    if lost := _lost(r, report, told):
+def _outcome(r: Parsed, report: Report, limits: Sequence[Parsed]) -> Outcome:
+    """Return the worst value that a requirement is about, or why it fails whatever the values."""
+    if lost := _columns_not_compared(r, report, limits):
         return lost
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers and r.maneuver is not None:
@@ -209,7 +212,7 @@ def _outcome(r: Parsed, report: Report, told: Sequence[Parsed]) -> Outcome:
     values = [x for x in found if isinstance(x, WorstValue)]
     if len(values) < len(found):
         return next(x for x in found if not isinstance(x, WorstValue))
-    # Of equal values the one that is not told by its digits.
+    # Equal values are ordered by maneuver and column.
     worst = max if r.op in ("<", "<=") else min
     return worst(values, key=lambda x: (x.value, x.maneuver, x.key or ""))
 
@@ -239,13 +242,15 @@ def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
     return WorstValue(claimed.value, m.maneuver)
 
 
-def _lost(r: Parsed, report: Report, told: Sequence[Parsed]) -> LeftOut | NeverFilledIn | None:
-    """Columns of the file that a requirement speaks of and that were not compared.
+def _columns_not_compared(
+    r: Parsed, report: Report, limits: Sequence[Parsed]
+) -> LeftOut | NeverFilledIn | None:
+    """Return the columns that a requirement is about but that were not compared, if any.
 
-    Columns that were never filled in do not matter where a requirement says how many columns are
-    enough, unless this requirement names one of them.
+    Columns that were never filled in are ignored in maneuvers for which a requirement sets how many
+    columns are enough, unless this requirement names one of them.
     """
-    enough = {m.maneuver for m in report.maneuvers if _is_told("columns", m, told)}
+    enough = {m.maneuver for m in report.maneuvers if _is_limited("columns", m, limits)}
 
     def is_meant(x: LostColumn) -> bool:
         if None not in (r.maneuver, x.maneuver) and r.maneuver != x.maneuver:
@@ -260,6 +265,6 @@ def _lost(r: Parsed, report: Report, told: Sequence[Parsed]) -> LeftOut | NeverF
         return NeverFilledIn(never)
     lost = tuple(x for x in lost if x not in unfilled)
     without = {x for e in report.seen if isinstance(e, NoReference) for x in e.lost(())}
-    # A requirement on one column that the reference lacks says so itself.
+    # A requirement on one column that the reference lacks has an outcome of its own.
     lost = tuple(x for x in lost if r.column is None or x not in without)
     return LeftOut(lost) if lost else None

@@ -1,4 +1,4 @@
-"""Several runs of one program, or several programs: what their scores tell together."""
+"""Several runs of one program, or several programs, and the evidence of their joint scores."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ class Convergence:
     ----------
     maneuver, key, unit
     definition
-        Of the last run that has the column; another one of a run is said in the findings.
+        The definition in the last run that has the column; findings report runs that differ.
     errors : tuple of float or None
         Largest absolute error of each run, in the order of the runs [SI unit].
     orders : tuple of float or None
         Observed order between neighbouring runs, log(e1 / e2) / log(h1 / h2); None where an error
         is at its floor or the step sizes are unknown.
     richardson_error
-        Largest error of the Richardson extrapolation of the two finest runs, on their common
-        times [SI unit]: what is reachable with them; None without an order.
+        Largest error of the Richardson extrapolation of the two finest runs, at their common
+        times [SI unit]: the error that these runs can reach; None without an order.
     floor
-        What the digits written by the finest run allow [SI unit]; None of several programs.
+        Smallest error that the digits of the finest run can show [SI unit]; None for several
+        programs.
     """
 
     maneuver: int
@@ -55,9 +56,9 @@ class Run:
     cpu
         Processor time [s]; None if not given.
     name
-        Of the program or of the run; empty for the name of its file.
+        Name of the program or of the run; empty for the name of its file.
     tolerance
-        Of a solver that chooses its steps; None if unknown.
+        Tolerance of a solver that chooses its steps; None if unknown.
     """
 
     report: Report
@@ -71,17 +72,17 @@ class Run:
 class Series(Scored):
     """Several runs of one program, the coarsest first, or several programs side by side.
 
-    ``series[0]`` is the report of the first, ``series["name"]`` that of a program.
+    ``series[0]`` is the first report, ``series["name"]`` the report of that program.
 
     Attributes
     ----------
     runs : tuple of Run
     convergence : tuple of Convergence
     seen : tuple of Evidence
-        What the runs tell together; what was seen in one is in its report.
+        Evidence of the runs together; the evidence of one run is in its report.
     is_one_program
-        Whether the runs are of one program at different steps or tolerances: it has one choice of
-        definitions, and an order of convergence. Programs are judged each by itself.
+        True if the runs are of one program at different steps or tolerances. They share one choice
+        of definitions, and have an order of convergence. Several programs are judged separately.
     """
 
     runs: tuple[Run, ...]
@@ -106,7 +107,7 @@ class Series(Scored):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What is said of the series; that of a run is in its report."""
+        """The findings on the series; those on a single run are in its report."""
         return tuple(e.finding() for e in self.seen)
 
     @property

@@ -1,9 +1,9 @@
-"""Scoring: a result file against the reference, at the file's own times.
+"""Scoring: the comparison of a result file with the reference, at the file's own times.
 
-`score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
-`definitions` what the columns mean, `measures` their errors and what the digits written allow, and
-`judge` the evidence that they hold. The outcome is one `report.Report`, of which `verdict` decides
-what is right.
+`score` is the pipeline. `alignment` finds the maneuvers and the rows that can be compared,
+`definitions` interprets the columns, `measures` computes their errors and the rounding errors of
+their digits, and `judge` derives evidence from these numbers. The outcome is a `report.Report`;
+`verdict` decides whether it is right.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ from heyoka_bike.scoring.scores import (
 )
 from heyoka_bike.scoring.verdict import meets_limit
 
-# Correct values that were rounded once or twice are off by up to this many times half a last digit.
+# Rounding a correct value once or twice changes it by up to this many times half its last digit.
 _ROUNDED = 2.0
 
 
@@ -57,33 +57,33 @@ def score(
     Parameters
     ----------
     results
-        The path of a file, an array, a mapping of columns, a data frame or whatever else
-        `read_results` takes, or what it returned; a list of files that hold different maneuvers of
-        one run; a mapping of maneuvers' numbers to any of these. The times [s] if columns are
-        named: ``score(t, roll_angle=phi, maneuver=2)``.
+        The path of a file, an array, a mapping of columns, a data frame or anything else that
+        `read_results` accepts or returns; a list of files with different maneuvers of one run; or a
+        mapping from maneuver numbers to any of these. With named columns, the times [s]:
+        ``score(t, roll_angle=phi, maneuver=2)``.
     reference
-        From `load_reference`, or the folder of a set; the published one by default.
+        The result of `load_reference`, or the folder of a dataset; by default the published one.
     require
         A requirement such as ``"2.roll_angle.scd >= 6"``, or several, see `requirements`.
     maneuver
-        Number of the maneuver of results that hold one; by default it is recognised.
+        Number of the maneuver if the results contain only one; by default it is recognised.
     columns
-        What the columns are, in their order, if they are not the benchmark's nor named so.
+        Names of the columns in order, if they have neither the benchmark's order nor its names.
     named
         Columns by name.
 
     Returns
     -------
     Report
-        Errors in SI units at the rows' own times, with the definition, sign, unit and zero that
-        each column turned out to have. Nothing is interpolated, and nothing is extrapolated but a
-        few milliseconds beyond the end, see `ReferenceManeuver.reach`.
+        Errors in SI units at the rows' own times, with the definition, sign, unit and zero that fit
+        each column best. Nothing is interpolated; the reference is extrapolated by at most a few
+        milliseconds beyond its end, see `ReferenceManeuver.reach`.
 
     Raises
     ------
     InputError
-        Results that cannot be read, a maneuver that the reference does not have or that comes
-        twice, or a requirement that cannot be read.
+        Results that cannot be read, a maneuver that is there twice or not in the reference, or a
+        requirement that cannot be read.
     NothingScoredError
         Nothing can be compared.
     """
@@ -93,7 +93,7 @@ def score(
 
 
 def aligned(results: Sequence[Results], reference: Reference) -> Alignment:
-    """Results of one run beside the reference, without columns that were never filled in."""
+    """Align the results of one run with the reference, without columns never filled in."""
     return merge([without_unfilled(align(r, reference)) for r in results])
 
 
@@ -103,7 +103,7 @@ def scored(
     require: str | Sequence[str] = (),
     understood: Understandings | None = None,
 ) -> Report:
-    """The report of aligned results, with their columns as understood or as they fit best."""
+    """Return the report of aligned results, with the given interpretation or the best one."""
     taken = understand(alignment.parts) if understood is None else understood
     taken = _with_exact_zero(taken, alignment.parts)
 
@@ -135,7 +135,7 @@ def scored(
 
 
 def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -> ManeuverScore:
-    # In the benchmark's order; without a usable value nothing is understood of a column.
+    # In the benchmark's order. Columns without a usable value have no interpretation.
     columns = tuple(
         _score_column(part, key, understood.get(key) or plain(key))
         for key in part.reference.definitions
@@ -162,7 +162,7 @@ def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -
 
 
 def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
-    """Sum of the energies, and rates against the derivatives of their own angles."""
+    """Compare the sum of the energies, and the rates with the derivatives of their own angles."""
     by_key = {c.key: c for c in columns if c.values and not c.missing}
     total, floor = energy_sum(by_key, has_rest=any("energy" in key for key in part.lo))
     rates = {key: from_derivative(part.reference, by_key, key) for key in RATES}
@@ -176,10 +176,11 @@ def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
 
 
 def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float]:
-    """First and last time with a value in every column, the part of the run covered, and the gap.
+    """Return the first and the last complete time, the fraction covered, and the largest gap [s].
 
-    Two rows cover the time between them if they are no farther apart than `most_apart` [s]: between
-    rows that are farther apart, a wrong motion may remain unseen.
+    Only rows with a value in every column count. Two rows cover the time between them if they are
+    no farther apart than `most_apart` [s]: between rows that are farther apart, a wrong motion may
+    remain unseen.
     """
     duration = float(part.reference.duration)
     complete = np.all([np.isfinite(v) for v in part.values.values()], axis=0)
@@ -189,12 +190,12 @@ def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float
     steps = np.diff(times)
     covered = float(steps[steps <= most_apart * (1 + SUMMED)].sum()) / duration
     gap = float(np.diff(times, prepend=0.0, append=duration).max())
-    # Summed steps end a last digit or so beside the end.
+    # Because of rounding, summed steps may end slightly before or after the end.
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
 def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScore]) -> Double:
-    """The file's own mechanical energy [J], or the sum of its parts; empty without."""
+    """Return the file's mechanical energy [J], or its potential plus kinetic energy, if any."""
     total, *parts = ("mechanical_energy", "potential_energy", "kinetic_energy")
     whole = {c.key for c in columns if not c.missing}
     keys = [total] if any(c.key == total for c in columns) else parts
@@ -205,15 +206,15 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
 
 
 def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
-    """Compare one column with the definition that it is taken as, with the default, and others."""
-    values, error, trace, reading = _taken(part, key, u)
+    """Compare one column with its best definition, with the default, and with all others."""
+    values, error, trace, reading = _read_as(part, key, u)
     others = [c for c in part.reference.definitions[key] if c is not u.column]
     far = largest_errors(part, values, [c.name for c in others]) if others else []
     half, floor = rounding(part, key, u.unit)
     return ColumnScore(
         key=key,
         unit=u.column.unit,
-        as_written=reading if u.is_plain() else _taken(part, key, plain(key))[-1],
+        as_written=reading if u.is_plain() else _read_as(part, key, plain(key))[-1],
         as_understood=reading,
         floor=floor,
         alternatives=tuple(
@@ -233,12 +234,12 @@ def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
 
 
 def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Understandings:
-    """The zero of the energies to all digits of the file, where they have another one."""
+    """Refine another zero of the energies to all digits of the file."""
     key = next((k for k in ZEROED if k in understood), "")
     u = understood.get(key)
     if u is None or not u.offset:
         return understood
-    told: list[tuple[float, float, float]] = []
+    intervals: list[tuple[float, float, float]] = []
     for part in parts:
         if key not in part.values:
             continue
@@ -249,26 +250,26 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
         last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))) / 2)
-        # Errors of the motion begin at nothing with it; those of rounding are as large both ways.
+        # With the right zero, errors of the motion begin at zero; errors of rounding are symmetric.
         amid, spread, reach = float(error[0]), float(np.ptp(error)) / 2, last_digit
         if spread <= _ROUNDED * last_digit:
             amid = float(np.max(error) + np.min(error)) / 2
             reach = max(last_digit - spread, 0.0)
-        told.append((max(last_digit, spread), amid - reach, amid + reach))
-    # What the finest errors tell, and of it what the others allow.
+        intervals.append((max(last_digit, spread), amid - reach, amid + reach))
+    # Intersect the intervals, beginning with the smallest errors; skip those that contradict.
     low, high = -np.inf, np.inf
-    for _, least, most in sorted(told):
+    for _, least, most in sorted(intervals):
         if max(low, least) <= min(high, most):
             low, high = max(low, least), min(high, most)
-    rest = (low + high) / 2 if told else 0.0
+    rest = (low + high) / 2 if intervals else 0.0
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()
     }
 
 
-def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
-    """A column in SI units and its error, the finite ones of both, and what these measure."""
+def _read_as(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
+    """Return a column in SI units, its error, the finite rows of both, and their measures."""
     values = u.exactly_in_si(part.written(key))
     error = errors(part, values, u.column.name)
     good = np.isfinite(error)

@@ -1,4 +1,4 @@
-"""Forms of a report and a series: a verdict, a file, a dictionary, a data frame."""
+"""Output of a report or a series: a verdict, a file, a dictionary, a data frame."""
 
 from os import PathLike
 from pathlib import Path
@@ -19,20 +19,21 @@ class Scored(Displayed):
 
     @property
     def verdict(self) -> str:
-        """One line that says what the results are worth."""
-        from heyoka_bike.showing import wording
+        """The verdict on the results in one line."""
+        from heyoka_bike.showing.wording import verdict_text
 
-        return wording.verdict(cast(Any, self))
+        return verdict_text.verdict(cast(Any, self))
 
     def save(self, path: str | PathLike[str], format: str | None = None) -> Path:
-        """Write it to a file, whole or not at all; folders on the way are made.
+        """Write the report to a file, completely or not at all; missing folders are created.
 
         Parameters
         ----------
         path
-            Its suffix tells the format: .html, .json, .csv, .xml (JUnit) or .txt (the table).
+            The file. Its suffix sets the format: .html, .json, .csv, .xml (JUnit) or .txt (the
+            table).
         format
-            Another one than that of the suffix: html, json, csv, junit, badge or table.
+            The format, if not that of the suffix: html, json, csv, junit, badge or table.
 
         Returns
         -------
@@ -42,32 +43,32 @@ class Scored(Displayed):
         Raises
         ------
         InputError
-            No such format, a file that cannot be written, or one of the results themselves.
+            The format is unknown, or the file cannot be written or is a result file itself.
         """
         from heyoka_bike.showing.formats import output
 
         return output.save(cast(Any, self), path, format)
 
     def to_html(self) -> str:
-        """A page that needs nothing else, as ``save("report.html")`` writes it."""
+        """Return a self-contained HTML page, as ``save("report.html")`` writes it."""
         from heyoka_bike.showing.formats import output
 
         return output.render(cast(Any, self), "html")
 
     def to_json(self) -> str:
-        """All of it as JSON, by the schema that is shipped."""
+        """Return the whole report as JSON; the package contains the schema."""
         from heyoka_bike.showing.formats import output
 
         return output.render(cast(Any, self), "json")
 
     def to_dict(self) -> dict[str, Any]:
-        """The score as lists and dictionaries."""
+        """Return the content of the JSON as lists and dictionaries."""
         from heyoka_bike.showing.formats import json
 
         return json.document(cast(Any, self))
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """A row for each maneuver and column (and run), with the fields of the CSV.
+        """Return a row for each maneuver and column (and run), with the fields of the CSV.
 
         Raises
         ------

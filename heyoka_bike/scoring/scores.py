@@ -1,4 +1,4 @@
-"""The scores of a result file: of each column, and of each maneuver; numbers and names only."""
+"""The scores of a result file, for each column and each maneuver: numbers and names only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.bicycle.aliases import key_of
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.display import Displayed, Held
+from heyoka_bike.display import Displayed, IdentityMapping
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import grades
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """Distances of a column from the reference; None where nothing could be compared.
+    """Measures of a column's error; None where nothing could be compared.
 
     Formulas and sources are in docs/measures.md.
 
@@ -32,14 +32,14 @@ class Measures:
     max_abs_error
         Largest absolute error over the rows [SI unit of the column].
     time_of_max
-        When it occurs [s].
+        Time of the largest error [s].
     rms_error
         Root of the mean squared error of the rows [SI unit].
     max_rel_error
         Largest absolute error divided by the column's scale, the largest absolute value of the
         reference over its whole run.
     scd
-        Significant correct digits, -log10 of the former, at most 32.
+        Significant correct digits, -log10 of `max_rel_error`, at most 32.
     mescd
         Mixed-error significant correct digits, -log10 max abs(e) / (1 + abs(reference)) in SI
         units, at most 32.
@@ -58,18 +58,18 @@ class Measures:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One way to take a written column, and the errors that follow.
+    """One interpretation of a written column, and its errors.
 
     Attributes
     ----------
     definition
-        Which definition of the quantity it is compared with.
+        The definition of the quantity with which the column is compared.
     sign
-        1, or -1 if the written values have the other sign.
+        1, or -1 if the sign is flipped.
     unit
         Unit of the written values.
     offset
-        What the written values have too much, in the SI unit of the column.
+        Constant by which the written values exceed the definition, in the SI unit of the column.
     measures : Measures
     """
 
@@ -82,17 +82,17 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Alternative:
-    """Another definition of a column, and how far the file is from it.
+    """Another definition of a column, and the largest error under it.
 
     Attributes
     ----------
     definition
     max_abs_error
-        [SI unit]
+        Largest absolute error [SI unit].
     log10_odds
-        Odds of the definition that the column turned out to have against this one, over all
-        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
-        but not enough to give up the default. None where nothing tells.
+        Odds of the chosen definition against this one, over all maneuvers of the file together, as
+        a decimal logarithm. They are below zero if this one is likelier, but not likely enough to
+        give up the default. None if unknown.
     """
 
     definition: str
@@ -107,9 +107,9 @@ class Growth:
     Attributes
     ----------
     t_start, t_end
-        The part [s].
+        The part of the run [s].
     max_abs_error
-        [SI unit]; None without rows there.
+        Largest absolute error [SI unit]; None without rows in this part.
     """
 
     t_start: float
@@ -119,7 +119,7 @@ class Growth:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Trace:
-    """A column over time, for rules and figures; SI units, as understood.
+    """A column over time in SI units, in its best interpretation; for rules and figures.
 
     Attributes
     ----------
@@ -134,15 +134,15 @@ class Trace:
 
     @property
     def reference(self) -> Array:
-        """The reference, to binary64."""
+        """The reference, in binary64."""
         return self.value - self.error
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
 class ColumnScore:
-    """Verdict on one column of one maneuver: ``column.scd``, ``column.max_abs_error``.
+    """Score of one column of one maneuver: ``column.scd``, ``column.max_abs_error``.
 
-    Its measures are those as understood.
+    Its measures are those of `as_understood`.
 
     Attributes
     ----------
@@ -151,33 +151,33 @@ class ColumnScore:
     unit
         SI unit of all errors, UDUNITS spelling.
     as_written : Reading
-        Taken as the default definition in SI units, with the default sign and zero.
+        The column read in the default definition in SI units, with the default sign and zero.
     as_understood : Reading
-        Taken as the definition, sign, unit and offset that fit.
+        The column read in the definition, sign, unit and offset that fit best.
     floor
-        What the digits written allow at best [SI unit]: the largest error of correctly rounded
-        values; None if unknown.
+        The resolution limit [SI unit]: the largest error of correctly rounded values; None if
+        unknown.
     alternatives : tuple of Alternative
         The other definitions, with the same sign, unit and offset.
     indistinguishable : tuple of str
-        Definitions that fit as well, so that none is claimed.
+        Definitions that fit as well, so none of them is claimed.
     growth : tuple of Growth
         Largest error in each tenth of the reference's run.
     values, missing
-        How many values were compared, and how many were not finite.
+        Number of values that were compared, and of values that are not finite.
     trace : Trace
     scale
-        Largest value of the reference over its whole run [SI unit].
+        Largest absolute value of the reference over its whole run [SI unit].
     unexplained
-        Largest error beyond what rounding to the digits of its own row explains [SI unit].
+        Largest part of an error that rounding to the digits of its row does not explain [SI unit].
     resolution
-        Largest error of a value rounded to the digits of its own row [SI unit]; of rows with
-        different digits it is more than the floor.
+        Largest error of a value rounded to the digits of its row [SI unit]; larger than the floor
+        if rows have different numbers of digits.
     is_contradicted
-        True if its sign and those of other columns are of no choice of axes.
+        True if no choice of axes gives the signs of this and other columns.
     none_odds
-        Odds of the definition against every one that is not known here, as a decimal logarithm, see
-        `definitions`; None of a column with one definition.
+        Odds of the definition against any unknown one, as a decimal logarithm, see `definitions`;
+        None if the column has only one definition.
     """
 
     key: str
@@ -199,15 +199,15 @@ class ColumnScore:
 
     @property
     def is_known(self) -> bool:
-        """True if the odds of the definition against one that is not known are 20 to 1 or more.
+        """True if the odds of the definition against an unknown one are at least 20 to 1.
 
-        If they are not, the one that the column is compared with is the nearest.
+        Otherwise, the column is compared with the nearest definition.
         """
         return self.none_odds is None or self.none_odds >= log10(ODDS_CLAIMED)
 
     @property
     def definition(self) -> str:
-        """The definition that the column turned out to have."""
+        """The definition that fits the column best."""
         return self.as_understood.definition
 
     @property
@@ -227,7 +227,7 @@ class ColumnScore:
 
     @property
     def time_of_max(self) -> float | None:
-        """When it occurs [s]."""
+        """Time of the largest absolute error [s]."""
         return self.as_understood.measures.time_of_max
 
     @property
@@ -248,12 +248,12 @@ class ColumnScore:
     @property
     def hidden(self) -> float:
         """Largest error that rounding to the digits written explains [SI unit]; 0 if unknown."""
-        return grades.FLOORS_OF_ROUNDING * (self.floor or 0.0)
+        return grades.MAX_ROUNDING_FLOORS * (self.floor or 0.0)
 
     @property
     def is_hidden(self) -> bool:
-        """True if rounding to the digits written explains the error."""
-        return self.is_at_floor(grades.FLOORS_OF_ROUNDING)
+        """True if rounding to the digits written explains the largest error."""
+        return self.is_at_floor(grades.MAX_ROUNDING_FLOORS)
 
     @property
     def time_to_tolerance(self) -> float | None:
@@ -262,7 +262,7 @@ class ColumnScore:
 
     @property
     def grade(self) -> Grade:
-        """Right, not to be told at the digits written, close or wrong, see `grades.grade`."""
+        """The grade: right, undecided, close or wrong, see `grades.grade`."""
         return grades.grade(
             self.max_abs_error,
             unexplained=self.unexplained,
@@ -273,11 +273,11 @@ class ColumnScore:
 
     @property
     def is_right(self) -> bool:
-        """True if it has six correct digits, and is written with as many."""
+        """True if the column has six correct digits, and is written with as many."""
         return self.grade == Grade.RIGHT
 
     def shown(self, metric: str) -> float | None:
-        """A measure as far as the digits written can show it: no better than they are."""
+        """Return a measure, but no better a value than the digits written can show."""
         found: float | None = getattr(self.as_understood.measures, metric)
         least = self.resolution
         if metric == "time_to_tolerance":
@@ -297,16 +297,16 @@ class ColumnScore:
         return f"<{self.key} ({self.definition}): {found}>"
 
     def is_at_floor(self, times: float = 1.0) -> bool:
-        """True if the error is at most this many times what the digits written allow."""
+        """True if the error is at most this many times the resolution limit."""
         error = self.as_understood.measures.max_abs_error
         return error is not None and self.floor is not None and error <= times * self.floor
 
 
 def odds_of(c: ColumnScore) -> Odds | None:
-    """Return the odds of a column's definition against the likeliest other one, if any is told.
+    """Return the odds of a column's definition against the likeliest other one, if known.
 
-    Definitions that the file cannot tell from it are no others. Those that are not known here are
-    one of the others where they are the likeliest and the odds against them are below a million.
+    Definitions that the file cannot distinguish from it do not count. An unknown definition counts
+    if it is the likeliest and the odds against it are below a million to one.
     """
     told = [
         (a.log10_odds, a.definition)
@@ -322,27 +322,27 @@ def odds_of(c: ColumnScore) -> Odds | None:
 
 
 def also_open(columns: Sequence[ColumnScore]) -> tuple[str, ...]:
-    """Names of the other definitions that the maneuvers leave open."""
+    """Return the names of the other definitions that remain possible in any maneuver."""
     names = dict.fromkeys(name for c in columns for name in c.indistinguishable)
     return tuple(name for name in names if name != columns[0].definition)
 
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """Agreement of the file with itself; None where that cannot be asked of it.
+    """Consistency of the file's columns with each other; None where the columns do not show it.
 
     Attributes
     ----------
     energy_sum
         Largest abs(potential + kinetic - mechanical energy) [J].
     energy_sum_floor
-        What rounding of the written values explains of it [J].
+        The part of this difference that rounding of the written values explains [J].
     roll_rate, steer_rate
-        Difference of the rate from the derivative of its own angle, root mean square over the steps
-        [rad/s], only where the two columns as recognised are such a pair.
+        Difference of the rate from the derivative of the file's angle, root mean square over the
+        steps [rad/s]. None if the rate's definition is not the derivative of the angle's.
     contradicted
-        Rates that their own angles contradict: the difference is more than rounding, and three
-        times what the angle's error amounts to.
+        Rates that are not the derivatives of the file's angles: the difference is larger than
+        rounding, and at least twice as large as the derivative of the angle's error.
     """
 
     energy_sum: float | None
@@ -358,11 +358,11 @@ class Worst(NamedTuple):
     Attributes
     ----------
     maneuver
-        Its number.
+        Number of the maneuver.
     column
-        Its key.
+        Key of the column.
     scd
-        Its digits.
+        Correct digits of the column.
     """
 
     maneuver: int
@@ -371,8 +371,8 @@ class Worst(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class ManeuverScore(Displayed, Held[str, ColumnScore]):
-    """Verdict on one maneuver: ``maneuver["roll_angle"]`` is that on one of its columns.
+class ManeuverScore(Displayed, IdentityMapping[str, ColumnScore]):
+    """Score of one maneuver: ``maneuver["roll_angle"]`` is the score of one of its columns.
 
     Attributes
     ----------
@@ -380,28 +380,29 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         Number from 1.
     name
     rows
-        Rows compared.
+        Number of rows that were compared.
     t_start, t_end
         First and last time with a value in every column [s].
     coverage
-        Part of the reference's run that such rows cover: that lies between two of them that are no
-        farther apart than `Reference.most_apart`. 0 without such rows.
+        Fraction of the reference's run covered by such rows. Two of them cover the time between
+        them if they are no farther apart than `Reference.most_apart`. 0 without such rows.
     gap
-        The longest stretch of the run that none of these rows falls in [s].
+        The longest time in the run without such a row [s].
     step
-        Median distance of the rows [s]; None of a single row.
+        Median distance of the rows [s]; None for a single row.
     performance
-        Eq. (1) of the benchmark, 100 (max E - min E) / E0 [%], E the file's own mechanical energy
-        from the floor and E0 its first value; None of fewer than two rows, or with E0 = 0.
+        Eq. (1) of the benchmark, 100 (max E - min E) / E0 [%], with the file's own mechanical
+        energy E above the floor and its first value E0; None for fewer than two rows, or if E0 = 0.
     performance_limit
-        What the benchmark allows [%] for the maneuver it judges; None for the others.
+        The benchmark's limit on eq. (1) [%]; None for maneuvers that it does not judge.
     consistency : Consistency
     columns : tuple of ColumnScore
-        In the order of `columns.COMPARED`, those in the file.
+        The columns of the file, in the order of `columns.COMPARED`.
     part : Part
         The rows that were compared, as written.
     meets_limit
-        The benchmark's verdict by eq. (1), see `verdict.claim`; None without a limit or an energy.
+        True if the maneuver passes the benchmark's limit on eq. (1), see `verdict.claim`; None
+        without a limit or an energy.
     """
 
     maneuver: int
@@ -425,7 +426,7 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         for column in self.columns:
             if column.key == key:
                 return column
-        # As people write it in a file: roll, phi.
+        # Accept the names that files use, such as roll or phi.
         meant = key_of(str(key))
         if meant is not None and meant != key and meant in list(self):
             return self[meant]
@@ -439,12 +440,12 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
 
     @property
     def compared(self) -> tuple[ColumnScore, ...]:
-        """The columns of which values were compared."""
+        """The columns with compared values."""
         return tuple(c for c in self.columns if c.values)
 
     @property
     def column_count(self) -> int:
-        """Number of the benchmark's eight columns of which values were compared."""
+        """Number of the benchmark's eight columns that have compared values."""
         return sum(c.key in BENCHMARK_COLUMNS for c in self.compared)
 
     @property
@@ -455,4 +456,4 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
 
 
 Place = tuple[ManeuverScore, ColumnScore]
-"""A column, and the maneuver it is of."""
+"""A maneuver, and one of its columns."""

@@ -1,26 +1,27 @@
 """Several runs of one program, and several programs side by side.
 
-Programs are judged each by itself, their errors in one table. The runs of one program have an order
-of convergence. With errors e1, e2 at step sizes h1 > h2 the observed order is
+Several programs are judged separately, with their errors in one table. The runs of one program have
+an order of convergence. With errors e1, e2 at step sizes h1 > h2 the observed order is
 log(e1 / e2) / log(h1 / h2). The Richardson extrapolation of the two finest runs,
 f2 + (f2 - f1) / ((h1/h2)^p - 1) with the observed order p rounded to an integer, cancels the
-leading term of the error; its distance from the reference is what these runs can reach without a
-smaller step.
+leading term of the error. Its distance from the reference is the error that these runs can reach
+without a smaller step.
 
-An error that stays the same curve is not the integrator's: the model, its parameters, the start or
-the output is another one. An error that stays as large but is another curve in each run is noise:
-of the arithmetic, or of iterations that stop early. Near the last digits of the arithmetic it is
-always taken for rounding.
+If the same curve of errors remains with a smaller step, the integrator does not cause it: the
+model, its parameters, the initial conditions or the output differ. If a different curve of the same
+size remains, it is noise, from the arithmetic or from iterations that stop early. An error near the
+last digits of the arithmetic always counts as rounding.
 
-A list of the runs is a small TOML file of result files, step sizes and times:
+A list of runs is a small TOML file with result files, step sizes and processor times:
 
     [[run]]
     file = "h0.01.txt"
     step = "0.01"
     cpu = "0.53"
 
-``file`` is relative to the list; ``step`` [s] and ``cpu`` [s] are decimals, both may be left out.
-A ``tolerance`` says that the solver chose its steps: how the error follows it is sought instead.
+``file`` is relative to the list; ``step`` [s] and ``cpu`` [s] are decimals, and both are optional.
+With a ``tolerance``, for solvers that choose their steps, the exponent with which the error follows
+the tolerance is determined instead of the order.
 
 References
 ----------
@@ -42,7 +43,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import HALF, Alignment, Part, merge
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.several_runs import (
@@ -77,36 +78,36 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     list of Path
         The file of each run.
     dict of str to list of float or None
-        The ``step`` [s], the ``tolerance`` and the ``cpu`` time [s] of each run; None where it is
-        not given.
+        The ``step`` [s], the ``tolerance`` and the ``cpu`` time [s] of each run; None where the
+        list does not give it.
 
     Raises
     ------
     InputError
-        Unreadable, an unknown entry, or a value that is not a positive decimal. The error names the
-        file and the key.
+        The list cannot be read, or contains an unknown entry or a value that is not a positive
+        decimal. The error names the file and the key.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())
     files: list[Path] = []
-    told: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
+    numbers: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
     for i, table in enumerate(source.tables("run")):
         where = ("run", i)
-        source.refuse_unknown(table, {"file", *told}, where, ("file",))
+        source.refuse_unknown(table, {"file", *numbers}, where, ("file",))
         files.append(Path(path).parent / source.line_of_text(table, "file", where, limit=4000))
-        for key, values in told.items():
+        for key, values in numbers.items():
             values.append(source.positive(table, key, where) if key in table else None)
-    return files, told
+    return files, numbers
 
 
-# Observed orders of one column that differ by more than this are not those of one power law yet.
+# If two observed orders of a column differ by more than this, its order has not settled.
 _ORDERS_APART = 0.3
-# Errors that fall by less than this power of the step or tolerance do not fall.
+# Errors that fall by less than this power of the step or tolerance count as constant.
 _LEAST_EXPONENT = 0.2
 
 
 def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
-    """Each maneuver and column, with its score in each run."""
+    """Return the scores of each column of each maneuver in all runs; None if a run lacks it."""
     found: dict[tuple[int, str], list[ColumnScore | None]] = {}
     for i, run in enumerate(runs):
         for m in run.report.maneuvers:
@@ -117,7 +118,7 @@ def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore
 
 
 def converge(runs: Sequence[Run]) -> tuple[Convergence, ...]:
-    """Every column that more than one run has."""
+    """Return the convergence of every column that is in more than one run."""
     steps = [run.step for run in runs]
     return tuple(
         _converge(maneuver, key, columns, steps)
@@ -135,9 +136,9 @@ def _converge(
     extrapolated = None
     if coarse and fine and step and next_step and (order := round(orders[-1] or 0.0)) >= 1:
         e1, e2 = _errors_of_both(coarse, fine)
-        # A few common times show nothing of the others.
+        # A few common times would not represent the others.
         if 2 * len(e1) >= len(coarse.trace.time):
-            # The extrapolation is linear, so it may be done on the errors themselves.
+            # The extrapolation is linear, so it can be applied to the errors directly.
             rest = e2 + (e2 - e1) / ((step / next_step) ** order - 1.0)
             extrapolated = float(np.max(np.abs(rest)))
     last = next(c for c in reversed(columns) if c is not None)
@@ -153,12 +154,12 @@ def _converge(
     )
 
 
-# A column of a run, and the step or tolerance of that.
+# A column of a run, and the step or tolerance of the run.
 _OfRun = tuple[ColumnScore | None, float | None]
 
 
 def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
-    """log(e1 / e2) / log(h1 / h2); None where an error is rounding only."""
+    """Return log(e1 / e2) / log(h1 / h2); None if an error is only rounding, or not comparable."""
     (coarse, step), (fine, next_step) = of_coarse, of_fine
     if coarse is None or fine is None or step is None or next_step is None:
         return None
@@ -171,13 +172,13 @@ def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
 
 
 def _errors_of_both(a: ColumnScore, b: ColumnScore) -> tuple[Array, Array]:
-    """Errors of a column in two runs, at the times of both."""
+    """Return the errors of a column in two runs, at their common times."""
     _, i, j = np.intersect1d(a.trace.time, b.trace.time, return_indices=True)
     return a.trace.error[i], b.trace.error[j]
 
 
 def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator[Evidence]:
-    """Tell what the errors of a series show of its program, the coarsest run first."""
+    """Yield evidence of how the errors fall over the runs, the coarsest first."""
     yield from _orders(convergence)
     sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
     if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
@@ -207,11 +208,11 @@ def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
 
 def _is_same(a: Array, b: Array) -> bool:
     """True if the errors of two runs are the same curve."""
-    return bool(len(a)) and rms(a - b) < HALF * rms(b)
+    return bool(len(a)) and rms(a - b) < MEANINGLESS_ERROR * rms(b)
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
-    """The order of the program, and whether it has settled."""
+    """Yield the order of the program, and the columns for which it has not settled."""
     found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     if not found:
         return
@@ -239,32 +240,32 @@ def compare(
     cpu: Mapping[str, float] | None = None,
     **named: Any,
 ) -> Series:
-    """Several programs side by side, as the command ``score`` shows several files.
+    """Compare several programs side by side, as the command ``score`` does with several files.
 
     Parameters
     ----------
     programs
-        Results by name of the program, or files, one by one or as a list, which are named like
-        these. Results are what `score` takes.
+        A mapping from names of programs to results, or several results as arguments or as a list;
+        files then give their names. Results are anything that `score` accepts.
     reference
-        From `load_reference`, or the folder of a set; the published one by default.
+        The result of `load_reference`, or the folder of a dataset; by default the published one.
     require
         A requirement that every program has to meet, or several, see `requirements`.
     cpu
-        Processor times by name of the program [s].
+        Processor time of each program by its name [s].
     named
         Results by name: ``compare(mine=x, theirs="theirs.txt")``.
 
     Returns
     -------
     Series
-        A report of each program in the order given. Definitions, signs and units are found for each
-        by itself.
+        A report on each program in the order given. Definitions, signs and units are determined
+        separately for each program.
 
     Raises
     ------
     InputError, NothingScoredError
-        See `score`; or fewer than two programs.
+        As in `score`; or there are fewer than two programs.
     """
     known = load_reference(reference)
     one = programs[0] if len(programs) == 1 else None
@@ -279,13 +280,15 @@ def compare(
         count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
         raise InputError(f"found {count}, expected two or more; score() judges one")
     check_names(names, len(every))
-    files = [_beside(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)]
+    files = [
+        _aligned_program(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)
+    ]
     times = None if cpu is None else _by_name(cpu, names or _file_names(files))
     return side_by_side(files, known, names=names, cpu=times, require=require)
 
 
-def _beside(given: Any, name: str, reference: Reference) -> Alignment:
-    """Results beside the reference; of arrays with the name of the program."""
+def _aligned_program(given: Any, name: str, reference: Reference) -> Alignment:
+    """Align results with the reference; arrays get the name of the program."""
     try:
         found = results_of(given, len(reference))
     except InputError as e:
@@ -299,7 +302,7 @@ def _beside(given: Any, name: str, reference: Reference) -> Alignment:
 def _by_name(cpu: Mapping[str, float], names: Sequence[str]) -> list[float | None]:
     unknown = [name for name in cpu if name not in names]
     if unknown:
-        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected some of {', '.join(names)}")
+        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected names among {', '.join(names)}")
     return [cpu.get(name) for name in names]
 
 
@@ -308,9 +311,9 @@ def check_names(names: Sequence[str] | None, count: int) -> None:
     if names is None:
         return
     if len(names) != count:
-        raise InputError(f"name: found {len(names)} for {count} files, expected as many")
+        raise InputError(f"name: found {len(names)}, expected {count}, one for each file")
     if not all(name.strip() for name in names):
-        raise InputError(f"name: found an empty one in {','.join(names)!r:.60}, expected a name")
+        raise InputError(f"name: found an empty name in {','.join(names)!r:.60}, expected text")
 
 
 def side_by_side(
@@ -321,12 +324,12 @@ def side_by_side(
     cpu: Sequence[float | None] | None = None,
     require: str | Sequence[str] = (),
 ) -> Series:
-    """`compare` of files that lie beside the reference; cpu is that of each file [s]."""
+    """Compare programs whose files are aligned; `cpu` is the processor time of each file [s]."""
     named = zip(files, cpu or repeat(None), names or _file_names(files), strict=False)
     every = [_Files(file, cpu=time, name=name) for file, time, name in named]
     merged = _merged(every, lambda one, group: one.name == group[0].name)
     programs = tuple(x.scored(reference, require) for x in merged)
-    # Programs have no step in common, and each its own digits: only the errors are side by side.
+    # Programs differ in steps and digits: only their errors are compared.
     errors = tuple(replace(c, floor=None) for c in converge(programs))
     seen: list[Evidence] = [*_maneuvers(programs), *_defined(programs)]
     if not errors:
@@ -335,7 +338,7 @@ def side_by_side(
 
 
 def _file_names(files: Sequence[Alignment]) -> list[str]:
-    """A name for each file: its own, with its folders where others have the same."""
+    """Return a name for each file: its own, with its folders if files have the same name."""
     paths = [a.file.path for a in files]
     short = [Path(path).name or path for path in paths]
     names = [s if short.count(s) == 1 else path for s, path in zip(short, paths, strict=True)]
@@ -346,7 +349,7 @@ def _file_names(files: Sequence[Alignment]) -> list[str]:
 
 
 class _Files(NamedTuple):
-    """What one run or program wrote, and what is told of it.
+    """The files of one run or program, and the user's data on it.
 
     Attributes
     ----------
@@ -354,8 +357,9 @@ class _Files(NamedTuple):
     step, cpu
         Step size and processor time [s].
     tolerance
+        Tolerance of a solver that chooses its steps.
     name
-        Of the program.
+        Name of the program.
     """
 
     alignment: Alignment
@@ -377,7 +381,7 @@ class _Files(NamedTuple):
 def _merged(
     files: Sequence[_Files], belongs: Callable[[_Files, Sequence[_Files]], bool]
 ) -> list[_Files]:
-    """Each file with the others that belong to it; the time of one that is not known is of none."""
+    """Merge the files that belong together; their time is unknown if that of any file is."""
     groups: list[list[_Files]] = []
     for one in files:
         group = next((g for g in groups if belongs(one, g)), None)
@@ -394,14 +398,14 @@ def _merged(
 
 
 def _maneuvers(programs: Sequence[Run]) -> Iterator[ManeuversDiffer]:
-    """Programs that hold different maneuvers: their worst columns do not compare."""
+    """Yield evidence of programs with different maneuvers: their worst columns do not compare."""
     held = {program.name: tuple(program.report) for program in programs}
     if len(set(held.values())) > 1:
         yield ManeuversDiffer(held)
 
 
 def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
-    """Columns that the programs define in different ways: no error of any of them."""
+    """Yield evidence of columns that programs define differently, which is no error."""
     taken = grouped(
         (key, (c.definition, program.name))
         for (_, key), columns in columns_of(programs).items()
@@ -415,7 +419,7 @@ def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
             yield DefinitionsOfPrograms(key, who)
 
 
-# No step or time of a run of seconds [s] is less or more.
+# Smallest and largest step size or processor time that are accepted [s].
 _SHORTEST_SECONDS, _LONGEST_SECONDS = 1e-9, 1e9
 
 
@@ -434,15 +438,15 @@ def score_series(
     Parameters
     ----------
     results
-        One for each run or file, what `score` takes; files of different maneuvers and the same step
-        or tolerance make one run.
+        Results of each run or file, anything that `score` accepts; files with different maneuvers
+        and the same step or tolerance make one run.
     reference
-        From `load_reference`, or the folder of a set; the published one by default.
+        The result of `load_reference`, or the folder of a dataset; by default the published one.
     steps
         Step size of each file [s], None where unknown; by default the median distance of its rows
         if there are no tolerances either.
     tolerances
-        Of a solver that chooses its steps, for each file; None where unknown.
+        Tolerance of each file, for solvers that choose their steps; None where unknown.
     cpu
         Processor time of each file [s], None where unknown.
     require
@@ -451,16 +455,16 @@ def score_series(
     Returns
     -------
     Series
-        A report of each run, and the order of convergence of each column.
+        A report on each run, and the order of convergence of each column.
 
     Raises
     ------
     InputError, NothingScoredError
-        See `scoring.score`; or steps or times that do not match the files.
+        As in `score`; or the numbers of steps or times and of files differ.
     """
     known = load_reference(reference)
-    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
-    return _series(_files(several(results), known, told), known, told, require)
+    options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    return _series(_files(several(results), known, options), known, options, require)
 
 
 def score_files(
@@ -474,16 +478,16 @@ def score_files(
     names: Sequence[str] | None = None,
     is_one_program: bool | None = None,
 ) -> Report | Series:
-    """A `Report` if the files hold different maneuvers of one run, a `Series` otherwise.
+    """Return a `Report` if the files contain different maneuvers of one run, otherwise a `Series`.
 
-    Parameters and errors are those of `score_series` and `compare`. The series
-    is of runs of one program if that is said, by default if there are steps or tolerances, and of
-    programs side by side otherwise.
+    Parameters and errors are those of `score_series` and `compare`. The series contains runs of one
+    program if `is_one_program`, by default if there are steps or tolerances; otherwise it contains
+    several programs.
     """
     known = load_reference(reference)
     check_names(names, len(results))
-    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
-    files = _files(results, known, told)
+    options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    files = _files(results, known, options)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held) and len(set(names or ())) < 2:
         return scored(merge(files), known, require)
@@ -492,22 +496,22 @@ def score_files(
     if not is_one_program:
         return side_by_side(files, known, names=names, cpu=cpu, require=require)
     if names is not None:
-        raise InputError("name: found with runs of one program, expected it with several programs")
-    return _series(files, known, told, require)
+        raise InputError("name: found with runs of one program, expected only with several")
+    return _series(files, known, options, require)
 
 
 # Steps, tolerances and processor times of the files, by the name of the option.
-_Told = Mapping[str, Sequence[float | None] | None]
+_Options = Mapping[str, Sequence[float | None] | None]
 
 
-def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Alignment]:
-    """The files laid beside the reference, once what is told of them fits them."""
-    for name, given in told.items():
+def _files(results: Sequence[Any], reference: Reference, options: _Options) -> list[Alignment]:
+    """Align the files with the reference, after a check of the steps and times given for them."""
+    for name, given in options.items():
         if given is None:
             continue
         if len(given) != len(results):
-            count = f"{len(given)} for {len(results)} files"
-            raise InputError(f"{name}: found {count}, expected as many")
+            count = len(results)
+            raise InputError(f"{name}: found {len(given)}, expected {count}, one for each file")
         if name != "tolerance" and not all(
             x is None or _SHORTEST_SECONDS <= x <= _LONGEST_SECONDS for x in given
         ):
@@ -519,22 +523,24 @@ def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Al
 
 
 def _series(
-    files: Sequence[Alignment], known: Reference, told: _Told, require: str | Sequence[str]
+    files: Sequence[Alignment], known: Reference, options: _Options, require: str | Sequence[str]
 ) -> Series:
     unknown: Sequence[float | None] = [None] * len(files)
-    steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
-    is_told = steps is not None or tolerances is not None
-    by_rows = unknown if is_told else [_rows_apart(a) for a in files]
+    steps, tolerances, cpu = options["step"], options["tolerance"], options["cpu"]
+    is_size_given = steps is not None or tolerances is not None
+    by_rows = unknown if is_size_given else [_rows_apart(a) for a in files]
     each = zip(files, steps or by_rows, tolerances or unknown, cpu or unknown, strict=True)
     runs = _merged([_Files(*x) for x in each], _is_of_run)
-    told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
-    if told_by:
-        runs.sort(key=lambda run: -getattr(run, told_by[0]))
-    if "step" not in told_by:
+    sorted_by = [
+        x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])
+    ]
+    if sorted_by:
+        runs.sort(key=lambda run: -getattr(run, sorted_by[0]))
+    if "step" not in sorted_by:
         runs = [run._replace(step=None) for run in runs]
     seen: list[Evidence] = []
-    if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
-        seen.append(StepsUnknown(is_told))
+    if not sorted_by and (steps is None or tolerances is not None or set(steps) != {None}):
+        seen.append(StepsUnknown(is_size_given))
     understood = [understand(run.alignment.parts) for run in runs]
 
     def score_all(clearest: Understandings) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:
@@ -544,7 +550,7 @@ def _series(
 
     clearest = _clearest(understood)
     found, convergence = score_all(clearest)
-    # What a definition changes may only show below the errors of the runs themselves.
+    # Definitions may differ by less than the errors of the runs: their extrapolation shows more.
     better = _clearest([*understood, understand(_extrapolate(runs, convergence))])
     if any(u.column != clearest[key].column for key, u in better.items()):
         found, convergence = score_all(better)
@@ -556,19 +562,19 @@ def _series(
 
 
 def _rows_apart(a: Alignment) -> float | None:
-    """Median distance of the rows [s]."""
+    """Return the median distance of the rows [s], the smallest of all maneuvers."""
     each = (np.diff(p.time) + np.diff(p.time_lo) for p in a.parts)
     return min((float(median(x[x > 0])) for x in each if (x > 0).any()), default=None)
 
 
 def _are_unknown(steps: Sequence[float | None]) -> bool:
-    """True if the steps do not tell the runs apart."""
+    """True if a step is unknown or two steps are equal, so they do not order the runs."""
     known = sorted(step for step in steps if step is not None)
     return len(known) < len(steps) or any(b - a <= RIGHT * b for a, b in pairwise(known))
 
 
 def _is_of_run(one: _Files, group: Sequence[_Files]) -> bool:
-    """True if a file holds another maneuver, of the same step or tolerance."""
+    """True if a file adds maneuvers to a run with the same step or tolerance."""
     held = {p.number for run in group for p in run.alignment.parts}
     is_alike = _same(one.step, group[0].step) or _same(one.tolerance, group[0].tolerance)
     return is_alike and not held & {p.number for p in one.alignment.parts}
@@ -579,7 +585,10 @@ def _same(a: float | None, b: float | None) -> bool:
 
 
 def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
-    """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
+    """Return each column's interpretation from the run with the fewest open definitions.
+
+    Of several such runs, the last (finest) one counts.
+    """
     found: dict[str, Understanding] = {}
     for run in understood:
         for key, u in run.items():
@@ -590,7 +599,7 @@ def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
 
 
 def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
-    """One choice of definitions for the program, unless a run says more against it."""
+    """Share one choice of definitions among the runs, unless a run has stronger odds against it."""
     shared = {}
     for key, u in own.items():
         clear = clearest[key]
@@ -603,7 +612,7 @@ def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understa
 
 
 def _extrapolate(runs: Sequence[_Files], convergence: Sequence[Convergence]) -> list[Part]:
-    """Richardson extrapolation of the two finest runs, at the times that both have."""
+    """Return the Richardson extrapolation of the two finest runs, at their common times."""
     orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     order = round(float(median(orders))) if orders else 0
     coarse, fine = (runs[-2], runs[-1]) if len(runs) > 1 else (None, None)
@@ -623,7 +632,7 @@ def _extrapolate(runs: Sequence[_Files], convergence: Sequence[Convergence]) -> 
 
 
 def _disagreement(runs: Sequence[Run]) -> Iterator[DefinitionsOfRuns]:
-    """Columns that are taken in different ways: perhaps the files are not of one program."""
+    """Yield columns that the runs write differently: perhaps they are not of one program."""
     taken = grouped(
         (key, (c.definition, c.as_understood.sign, c.as_understood.unit))
         for (_, key), columns in columns_of(runs).items()

@@ -19,13 +19,14 @@ UNITS: Mapping[str, tuple[str, ...]] = {
     "N m": ("N m", "kN m", "N mm"),
     "1": ("1",),
 }
-"""By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm.
+"""Units that are tried for each SI unit, in UDUNITS spelling. mJ is N mm, for programs in mm.
 
-Others are tried only in columns whose heading names them, see `reading.names.units`."""
+Other units are tried only in columns whose heading names them, see
+`reading.names.heading_units`."""
 
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:
-    """The units that values may be in, with that which their heading names."""
+    """Return the units that values may be in, including the one that their heading names."""
     return UNITS[si] if named is None or named in UNITS[si] else (*UNITS[si], named)
 
 
@@ -33,7 +34,8 @@ def tried(si: str, named: str | None) -> tuple[str, ...]:
 def factor(unit: str) -> tuple[float, float]:
     """Return the factor from a unit to SI units, as hi + lo.
 
-    A number is a factor: ``0.3 m rad s-1`` is the speed of a wheel that turns by 1 rad/s.
+    A unit may begin with a factor: ``0.3 m rad s-1`` is the speed of a wheel with a radius of
+    0.3 m that turns at 1 rad/s.
     """
     first, _, rest = unit.partition(" ")
     number, name = (first, rest) if rest and first[0].isdigit() else ("1", unit)
@@ -46,14 +48,16 @@ def factor(unit: str) -> tuple[float, float]:
 
 
 def unit_told_by(ratio: float, si: str, taken: str, within: float) -> str | None:
-    """The unit of numbers that are so many times what they are in the unit `taken`; None without.
+    """Return the unit of numbers that are off by a factor because they were read in another unit.
+
+    None if no unit fits.
 
     Parameters
     ----------
     ratio, within
-        The ratio, and the part of itself by which it may be another one.
+        The factor, and its relative tolerance.
     si, taken
-        The SI unit of the quantity, and that by which the numbers were read.
+        The SI unit of the quantity, and the unit in which the numbers were read.
     """
     found = (u for u in UNITS[si] if u != taken)
     times = factor(taken)[0]
@@ -64,7 +68,7 @@ def unit_told_by(ratio: float, si: str, taken: str, within: float) -> str | None
 
 
 def to_si(values: Double, unit: str) -> Double:
-    """Values in a unit as SI values, to 32 digits."""
+    """Convert values from a unit to SI units, to 32 digits."""
     hi, lo = factor(unit)
     if (hi, lo) == (1.0, 0.0):
         return values

@@ -1,13 +1,14 @@
-"""The one decision of what is right: every word about a result follows these functions.
+"""The decision whether a file is right: all messages about a result follow these functions.
 
 A file is right if all eight columns of the benchmark are right (see `grades`), over the whole run,
 in each maneuver of the file. A column that was not compared, or a part of the run without rows, may
 be wrong unseen. So such a file is not whole, whether or not its other names are understood. A file
-that has a compared quantity twice, with different values, is not whole either.
+that contains a compared quantity twice, with different values, is not whole either.
 
-Eq. (1) is met by an energy that is the file's own potential plus kinetic energy within rounding, or
-the true one where one of these is not there, and that is written finely enough to show the limit.
-It is a part of the true energy, whatever the first value is.
+A file meets eq. (1) only if its mechanical energy equals its potential plus kinetic energy within
+rounding, or equals the exact energy if one of these is absent. The energy must be written with
+enough digits to show the limit. Eq. (1) is relative to the exact energy, whatever the first value
+of the file is.
 """
 
 from __future__ import annotations
@@ -20,23 +21,23 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, Grade
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.scores import ManeuverScore
 
-WHOLE = 0.99
-"""Fraction of the run that rows of a whole file cover: the first row may be missing."""
+MIN_COVERAGE = 0.99
+"""Smallest fraction of the run that a whole file covers: the first row may be missing."""
 
 ALL_COLUMNS = len(BENCHMARK_COLUMNS)
-"""Columns of each maneuver in a whole file."""
+"""Number of columns of each maneuver in a whole file."""
 
 ARITHMETIC = 1e-12
-"""Of an energy: what thousands of operations in binary64 may leave, with more digits, too."""
+"""Relative error of an energy after thousands of operations in binary64, whatever its digits."""
 
 
 def lost(seen: Iterable[Evidence], maneuvers: Sequence[ManeuverScore]) -> tuple[LostColumn, ...]:
-    """Return the columns of the result that were not compared, each once."""
+    """Return the columns of the result file that were not compared, each once."""
     compared = {c.key for m in maneuvers for c in m.columns}
     return tuple(dict.fromkeys(column for x in seen for column in x.lost(compared)))
 
@@ -47,12 +48,12 @@ def is_whole(maneuvers: Sequence[ManeuverScore], not_compared: Sequence[LostColu
     Parameters
     ----------
     maneuvers
-        Their scores.
+        The scores of the maneuvers.
     not_compared
         The columns of the result that were not compared, see `lost`.
     """
     has_gaps = any(c.missing for m in maneuvers for c in m.columns)
-    is_covered = all(m.coverage >= WHOLE for m in maneuvers)
+    is_covered = all(m.coverage >= MIN_COVERAGE for m in maneuvers)
     is_complete = all(m.column_count >= ALL_COLUMNS for m in maneuvers)
     return is_complete and is_covered and not has_gaps and not not_compared
 
@@ -63,25 +64,25 @@ def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
 
 
 class DoesNotCount(Enum):
-    """Why eq. (1) cannot be claimed as it was measured."""
+    """Reasons why the measured value of eq. (1) does not count."""
 
     NO_ENERGY = "there is no mechanical energy"
-    NOT_ITS_SUM = "the energy is not its own potential plus kinetic energy"
-    NOT_TRUE = "the energy is not the true one, and its parts do not show otherwise"
-    ANOTHER_START = "the energy does not begin with the true one"
-    FEW_DIGITS = "it cannot be told at the digits written"
+    NOT_ITS_SUM = "the energy is not the sum of the file's potential and kinetic energy"
+    NOT_TRUE = "the energy differs from the exact one, and its parts do not confirm it"
+    ANOTHER_START = "the first value of the energy differs from the exact one"
+    FEW_DIGITS = "the digits written do not show the limit"
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Eq. (1) [%] as it may be claimed, and why that is not what was measured, if it is not."""
+    """The value of eq. (1) that counts [%]; if it is not the measured one, the reason why."""
 
     value: float
     reason: DoesNotCount | None = None
 
 
 def claim(m: ManeuverScore, limit: float) -> Claim:
-    """Return eq. (1) of a maneuver as it may be claimed against a limit [%]."""
+    """Return the value of eq. (1) that counts for a maneuver against a limit [%]."""
     columns = {c.key: c for c in m.compared}
     total = columns.get("mechanical_energy")
     parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
@@ -89,16 +90,16 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     scale = m.part.reference.scale("mechanical_energy")
     apart, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
     rounding = inf if floor is None else floor
-    explained = FLOORS_OF_ROUNDING * rounding + ARITHMETIC * scale
+    explained = MAX_ROUNDING_FLOORS * rounding + ARITHMETIC * scale
     if total is None:
         apart = 0.0
     elif apart is not None and apart <= explained:
-        # Parts that are written more coarsely than the limit do not tell.
+        # If the parts are written more coarsely than the limit, their sum shows nothing.
         apart = 0.0 if 100 * rounding <= limit * scale else None
-    # An error that rounding explains does not show that the energy differs from the true one.
+    # An error that rounding explains does not show that the energy differs from the exact one.
     true_error = (total and total.unexplained) or 0.0
     if total and "potential_energy" not in columns:
-        # Any constant has another zero, if its parts do not show which.
+        # Without the potential energy, any constant could be explained by another zero.
         true_error += abs(total.as_understood.offset)
     return performance(
         m.performance,
@@ -111,9 +112,9 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
 
 
 def meets_limit(m: ManeuverScore) -> bool | None:
-    """True if the benchmark's verdict by eq. (1) is that a maneuver passes.
+    """True if a maneuver passes the benchmark's limit on eq. (1).
 
-    None if the benchmark does not judge it so, or if there is no energy.
+    None if the benchmark sets no limit for this maneuver, or if the file has no energy.
     """
     if m.performance is None or m.performance_limit is None:
         return None
@@ -121,7 +122,7 @@ def meets_limit(m: ManeuverScore) -> bool | None:
 
 
 def is_own_energy(m: ManeuverScore) -> bool:
-    """True if eq. (1) is of the file's own energy, or of the true one, whatever the limit."""
+    """True if there is an energy, and the file's potential and kinetic energy fit it."""
     return claim(m, inf).reason is None
 
 
@@ -134,23 +135,24 @@ def performance(
     true_error: float,
     start: float = 1.0,
 ) -> Claim:
-    """Return eq. (1) as it may be claimed; all in percent.
+    """Return the value of eq. (1) that counts; all numbers but `start` are in percent.
 
     Parameters
     ----------
     change
-        Eq. (1) as it was measured; None without an energy.
+        The measured value of eq. (1); None without an energy.
     limit
-        What is asked for.
+        The limit of the benchmark or of a requirement.
     resolution
         The smallest change that the digits written can show.
     sum_error
-        How far the energy is from potential plus kinetic energy, beyond rounding; None if one of
-        these is not there, or written so coarsely that this says nothing about the limit.
+        Difference of the energy from potential plus kinetic energy, beyond rounding; None if one
+        of these is absent, or written so coarsely that the difference shows nothing about the
+        limit.
     true_error
-        How far it is from the exact one, beyond the rounding of its digits.
+        Difference of the energy from the exact one, beyond the rounding of its digits.
     start
-        The first value of the energy, in exact ones (1, not percent).
+        Ratio of the energy's first value to the exact energy.
     """
     if change is None:
         return Claim(inf, DoesNotCount.NO_ENERGY)

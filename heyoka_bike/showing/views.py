@@ -16,10 +16,11 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver
 from heyoka_bike.reference.values import Values
+from heyoka_bike.scoring.evidence.words import counted, unit_text
 from heyoka_bike.showing.document import Block, Chapter, Chart, Paragraph, TableBlock, head
 from heyoka_bike.showing.document import text as as_text
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.wording import counted, number, plain, unit_text
+from heyoka_bike.showing.wording.number_text import number, plain
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.trajectory import Trajectory
@@ -49,7 +50,7 @@ def text(shown: Any, view: str) -> str:
 
 def report(scored: Report | Series) -> Iterable[Block]:
     """All that is said of results; what follows verdict and digits is folded."""
-    from heyoka_bike.showing.formats.report import document
+    from heyoka_bike.showing.formats.report_document import document
 
     return document(scored).blocks
 
@@ -67,7 +68,7 @@ def _report_text(scored: Report | Series) -> str:
 def maneuver(m: ManeuverScore) -> Iterable[Block]:
     """Its scores, and its errors over time."""
     from heyoka_bike.showing.charts.results import all_errors
-    from heyoka_bike.showing.formats.report import scores, title
+    from heyoka_bike.showing.formats.report_document import scores, title
 
     return Paragraph(title(m), "head"), *scores(m), Chart(partial(all_errors, m))
 

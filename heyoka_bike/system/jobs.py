@@ -28,10 +28,10 @@ from weakref import WeakSet
 
 from heyoka_bike.system.log import VARIABLE, fault, shown
 
-TellStage = Callable[[str, float], None]
+OnStage = Callable[[str, float], None]
 """Called by a job with its stage, and the time that the job has reached in the motion [s]."""
 
-reporting: ContextVar[TellStage] = ContextVar("reporting", default=lambda stage, t: None)
+reporting: ContextVar[OnStage] = ContextVar("reporting", default=lambda stage, t: None)
 """Receiver of a job's progress; an executor that can forward progress sets it in its workers."""
 
 _INTERVAL = 0.1  # [s]
@@ -53,7 +53,7 @@ class Job:
     Attributes
     ----------
     work
-        A function at module level. It is called with a `TellStage` after its own arguments.
+        A function at module level. It is called with a `OnStage` after its own arguments.
     arguments
         Arguments of the function; another job among them is replaced by its result.
     name
@@ -102,7 +102,7 @@ class Outcome:
         return self.value
 
 
-def throttled(report: TellStage) -> TellStage:
+def throttled(report: OnStage) -> OnStage:
     """Return a report that forwards each new stage, and otherwise at most ten reports a second."""
     last, at = "", 0.0
 

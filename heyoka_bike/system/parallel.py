@@ -140,7 +140,7 @@ def side_by_side(
     Parameters
     ----------
     work
-        Called with a `TellStage` after its own arguments.
+        Called with a `OnStage` after its own arguments.
     motions
         Name and duration [s] of the motion of each job, if progress is reported.
     done

@@ -20,12 +20,12 @@ from heyoka_bike.errors import BicycleError, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.testing.regression import Asked, Score
+    from heyoka_bike.testing.regression import RequirementSpec, Score
 
 _MARKER = "bicycle"
 _MARKER_HELP = (
-    "bicycle(maneuver=None, column=None, **metrics): what bicycle_score(...) requires in this test "
-    "if it is not told, such as bicycle(maneuver=2, column='roll_angle', scd=8)"
+    "bicycle(maneuver=None, column=None, **metrics): default requirements of bicycle_score(...) in "
+    "this test, such as bicycle(maneuver=2, column='roll_angle', scd=8)"
 )
 _DIAGNOSE = ("auto", "never")
 _ENOUGH = {
@@ -74,14 +74,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add options of the command line and of the configuration file."""
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
-        ("scd", "N", "correct digits that bicycle_score(...).require() asks for if not told"),
-        ("columns", "N", "how many of the eight columns are enough, if a test does not say that "
+        ("scd", "N", "correct digits that bicycle_score(...).require() requires by default"),
+        ("columns", "N", "number of columns, out of eight, that suffices unless a test sets it "
          "(default: all)"),
-        ("coverage", "X", "what fraction of the run is enough, if a test does not say that "
-         "(default: the whole run)"),
-        ("reference", "DIR", "folder of the reference set (default: the published one)"),
-        ("diagnose", "WHEN", "'auto' says in failures what the likely mistake is, some ten seconds "
-         "for each of the first three; or 'never' (default: auto)"),
+        ("coverage", "X", "fraction of the run that suffices unless a test sets it (default: the "
+         "whole run)"),
+        ("reference", "DIR", "folder of the reference dataset (default: the published one)"),
+        ("diagnose", "WHEN", "'auto' adds the likely mistake to the first three failures, about "
+         "ten seconds each; 'never' does not (default: auto)"),
     ):  # fmt: skip
         group.addoption(f"--bicycle-{name}", metavar=metavar, help=text)
         parser.addini(f"bicycle_{name}", text, default="")
@@ -105,10 +105,10 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[_SETTINGS] = _Settings(
         scd=_number(scd, scd_from, "a number of digits such as 8") if scd else None,
         enough={
-            name: _number(told, told_from, expected)
+            name: _number(text, source, expected)
             for name, expected in _ENOUGH.items()
-            for told, told_from in [_setting(config, name)]
-            if told
+            for text, source in [_setting(config, name)]
+            if text
         },
         reference=reference,
         diagnose=when != "never",
@@ -149,7 +149,7 @@ def _dataset_words(version: str, content: str) -> str:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """Name the reference, if the settings choose one; its use is not known yet otherwise."""
+    """Name the reference if the settings choose one; other references are only known later."""
     folder = config.stash[_SETTINGS].reference
     return None if folder is None else f"heyoka_bike: {_described(folder, 'bicycle_reference')}"
 
@@ -180,7 +180,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, ob
     return made
 
 
-def _marked(item: pytest.Item) -> tuple[Asked, ...]:
+def _marked(item: pytest.Item) -> tuple[RequirementSpec, ...]:
     """Return the requirements of a test's own markers, or else its class's, or its module's."""
     marks = list(item.iter_markers_with_node(_MARKER))
     nearest = [mark for node, mark in marks if node is marks[0][0]]
@@ -214,8 +214,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 def _warn(item: pytest.Item) -> None:
     """Warn that a score passes whatever its value; the test fails if warnings are errors."""
     said = (
-        "bicycle_score: nothing is required of the results, which pass whatever they are; "
-        "bicycle_score(results).require(scd=6) asks for six correct digits"
+        "bicycle_score: the test requires nothing of the results, so it passes whatever they are; "
+        "use bicycle_score(results).require(scd=6) to require six correct digits"
     )
     try:
         item.warn(pytest.PytestWarning(said))
@@ -275,8 +275,8 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
                 return "switched off"
             if not settings.diagnoses_left:
                 return (
-                    f"not after the first {_MOST_DIAGNOSES} failures; run this test alone, or "
-                    "'heyoka-bike diagnose' on a file of the results"
+                    f"only the first {_MOST_DIAGNOSES} failures are diagnosed; run this test "
+                    "alone, or 'heyoka-bike diagnose' on a file of the results"
                 )
             settings.diagnoses_left -= 1
             return ""

@@ -22,8 +22,7 @@ from heyoka_bike.scoring.outcomes import InPart, Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.showing import sayings
-from heyoka_bike.showing import wording as words
+from heyoka_bike.showing.wording import column_text, finding_text, number_text, verdict_text
 
 # Metrics for which larger is better; smaller is better for all others.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
@@ -35,7 +34,7 @@ _LABEL = 17
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RequirementSpec:
     """Requirements as keywords.
 
     Attributes
@@ -70,7 +69,7 @@ class Asked:
         return all(name in ENOUGH for name in self.metrics)
 
 
-def asked(maneuver: object = None, column: object = None, **metrics: object) -> Asked:
+def asked(maneuver: object = None, column: object = None, **metrics: object) -> RequirementSpec:
     """Check requirements given as keywords.
 
     Raises
@@ -93,9 +92,9 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
-    found = Asked(maneuver, column, limits)
+    found = RequirementSpec(maneuver, column, limits)
     # Any limit serves to check whether the column is known.
-    for text in found.texts() or Asked(maneuver, column, {"scd": 0.0}).texts():
+    for text in found.texts() or RequirementSpec(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)
         except InputError as e:
@@ -124,7 +123,7 @@ class Score:
     _reference: Reference
     # Requirements of the test's markers, for a call without any. Then the required digits if the
     # markers have no number; None if not set.
-    _marked: tuple[Asked, ...]
+    _marked: tuple[RequirementSpec, ...]
     _scd: float | None
     # Returns the reason for not diagnosing a failure; an empty text if it is to be diagnosed.
     _may_diagnose: Callable[[], str]
@@ -174,33 +173,36 @@ class Score:
             self._fail(_failure(checked, self._report, self._diagnosis()))
         return self
 
-    def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
+    def _texts(self, requirements: Sequence[str], own: RequirementSpec) -> tuple[str, ...]:
         """Return the requirements of the call, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
-                "found maneuver= or column= beside a requirement in words, expected its own there"
+                "found maneuver= or column= with a requirement as text; put them into the text, "
+                "such as '2.roll_angle.scd >= 8'"
             )
         if requirements or not own.is_about_amount:
             return (*requirements, *own.texts())
         texts: list[str] = []
-        for marked in self._marked or (Asked(),):
+        for marked in self._marked or (RequirementSpec(),):
             metrics = {**marked.metrics, **own.metrics}
             if marked.is_about_amount and self._scd is not None:
                 metrics = {"scd": self._scd, **metrics}
             maneuver = marked.maneuver if own.maneuver is None else own.maneuver
             column = marked.column if own.column is None else own.column
-            texts += Asked(maneuver, column, metrics).texts()
+            texts += RequirementSpec(maneuver, column, metrics).texts()
         if not texts:
             raise InputError(
-                "nothing is required: expected a number such as scd=8, here, in the marker "
+                "nothing is required; give a number such as scd=8 here, in the marker "
                 "'bicycle', as --bicycle-scd or as bicycle_scd in the configuration file"
             )
         return tuple(texts)
 
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
         """Return the settings' limits on columns and coverage that a test does not set itself."""
-        told = {parse(text).metric for text in texts}
-        return Asked(metrics={k: x for k, x in self._enough.items() if k not in told}).texts()
+        set_by_test = {parse(text).metric for text in texts}
+        return RequirementSpec(
+            metrics={k: x for k, x in self._enough.items() if k not in set_by_test}
+        ).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
         """Return sentences on why the results differ, or on why there is no diagnosis."""
@@ -218,10 +220,12 @@ class Score:
             return (f"none: it failed with {type(e).__name__}: {e}",)
         said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
         # The sentence that a search was stopped early comes last.
-        return tuple(sayings.sentences((*said, *(more[-1:] if found.is_stopped_early else ()))))
+        return tuple(
+            finding_text.sentences((*said, *(more[-1:] if found.is_stopped_early else ())))
+        )
 
     def __repr__(self) -> str:
-        return f"<score of {words.verdict(self._report)}>"
+        return f"<score of {verdict_text.verdict(self._report)}>"
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
@@ -237,13 +241,13 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
             where = f"bicycle.{m.maneuver}.{c.key}"
             if c.scd is not None:
                 found.append((f"{where}.scd", f"{c.scd:.3f}"))
-            found.append((f"{where}.definition", _taken(c)))
+            found.append((f"{where}.definition", _interpretation(c)))
     return found
 
 
-def _taken(c: ColumnScore) -> str:
+def _interpretation(c: ColumnScore) -> str:
     """Return the definition that fits, and other parts of the column's interpretation."""
-    return ", ".join((c.definition, *words.notes(c)))
+    return ", ".join((c.definition, *column_text.notes(c)))
 
 
 def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
@@ -258,19 +262,21 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
         Sentences on why the results differ.
     """
     failed = [r for r in checked if not r.met]
-    lines = [f"required {printable(r.text)}, found {words.sentence(r.message)}" for r in failed]
+    lines = [
+        f"required {printable(r.text)}, found {number_text.sentence(r.message)}" for r in failed
+    ]
     lines.append("")
     entries = list(_explained(parse(failed[0].text), scored))
     for m in scored.maneuvers:
-        digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
+        digits = (f"{c.key} {number_text.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
-    entries += [("warning", said) for said in sayings.warnings(scored.findings)]
+    entries += [("warning", said) for said in finding_text.warnings(scored.findings)]
     in_part = next((r.outcome for r in failed if isinstance(r.outcome, InPart)), None)
     if in_part is not None:
         keywords = ", ".join(text.replace(" >= ", "=") for text in in_part.enough)
         entries.append(
-            ("compared in part", "columns and rows that are missing are not judged; if that is "
-             f"intended, add {keywords} to what the test requires")
+            ("compared in part", "missing columns and rows are not judged; if that is intended, "
+             f"add {keywords} to the requirements of the test")
         )  # fmt: skip
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
@@ -283,7 +289,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
 def _entry(label: str, text: str) -> str:
     """Return a label and its text, wrapped next to the label."""
     return textwrap.fill(
-        words.sentence(text), _WIDTH_OF_FAILURE,
+        number_text.sentence(text), _WIDTH_OF_FAILURE,
         initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
@@ -303,15 +309,16 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
-        f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
-        f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
-        f"{words.number(c.max_rel_error)} of its scale "
-        f"(scd {words.one_decimal(c.scd)})",
+        f"{c.key} of maneuver {m.maneuver}, read as {_interpretation_with_remarks(c)}: wrong by "
+        f"{number_text.in_unit(number_text.number(c.max_abs_error), c.unit)}, "
+        f"{number_text.number(c.max_rel_error)} of its scale "
+        f"(scd {number_text.one_decimal(c.scd)})",
     )
     yield (
         "worst row",
         f"t = {trace.time[at]:.10g} s: found {float(trace.value[at])!r}, expected "
-        f"{float(trace.reference[at])!r}, error {words.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
+        f"{float(trace.reference[at])!r}, error "
+        f"{number_text.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
     )
     yield "first departure", _departure(p, m, c)
 
@@ -325,17 +332,17 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
     return -float(value) if metric in ("scd", "mescd", "time_to_tolerance") else float(value)
 
 
-def _taken_as(c: ColumnScore) -> str:
-    """Return `_taken`, and whether it is the default or other definitions fit as well."""
-    taken = _taken(c)
-    remarks = ["the default"] if words.is_default(c) else []
+def _interpretation_with_remarks(c: ColumnScore) -> str:
+    """Return `_interpretation`, and whether it is the default or other definitions fit as well."""
+    taken = _interpretation(c)
+    remarks = ["the default"] if column_text.is_default(c) else []
     if c.indistinguishable:
         remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")
     return f"{taken} ({'; '.join(remarks)})" if remarks else taken
 
 
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
-    """Return since when the error exceeds the limit, and since when it is visible."""
+    """Return the times from which the error exceeds the limit, and from which it is visible."""
     said = []
     scale = c.scale or None
     allowed = {
@@ -349,9 +356,10 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
             first = above[0]
             said.append(
                 f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
-                f"first above {words.in_unit(words.number(allowed), c.unit)}, the error allowed"
+                f"first above {number_text.in_unit(number_text.number(allowed), c.unit)}, "
+                "the allowed error"
             )
-    seen = words.first_above(c)
+    seen = column_text.first_above(c)
     said.append(
         f"above {TOLERANCE:g} of the scale {seen if seen == 'never' else f'from t = {seen} s'}"
     )

@@ -147,16 +147,16 @@ def _attempt(name: str, look: Callable[..., Check], *arguments: Any) -> Check:
 
 
 def _score(folder: Path) -> Check:
-    """Score the published text like any other file; it must be at the floor of its digits."""
+    """Score the published text like any other file; its errors must be rounding only."""
     from heyoka_bike import load_reference, read_results, score
 
     name = "uncontrolled-bicycle.txt"
     report = score(read_results(folder / name), load_reference())
     columns = [(m, c) for m in report.maneuvers for c in m.columns]
     far = [f"{m.maneuver}.{c.key}" for m, c in columns if not c.is_at_floor()]
-    message = f"{len(columns)} columns, all at the floor of the digits written"
+    message = f"{len(columns)} columns, all as exact as the digits written allow"
     if far:
-        message = f"{', '.join(far)}: not at the floor of the digits written"
+        message = f"{', '.join(far)}: less exact than the digits written allow"
     values = sum(c.values for _, c in columns)
     return Check("score", not far, name, message, {"values": values, "failures": len(far)})
 
@@ -181,7 +181,7 @@ def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision:
     message = (
         f"{found.maneuver}: {found.candidate[worst]:.1f} digits or more in every column, at least "
         f"{min(found.promised.values()):.1f} expected; {found.steps} steps, {found.seconds:.1f} s "
-        "with building"
+        "including compilation"
     )
     tally = replace(found.tally, check=f"run_{precision}", file="")
     return tally.done(

@@ -11,7 +11,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_b
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.instants import known_states, of_known
-from heyoka_bike.scoring.instants.check import TOLERANCE, of_own
+from heyoka_bike.scoring.instants.check import STATE_TOLERANCE, quantities_of_states
 from heyoka_bike.system.resources import find_input
 
 
@@ -38,12 +38,12 @@ def test_there_are_a_hundred_states_by_a_fixed_rule(states):
 
 
 def test_binary64_leaves_a_thousandth_of_the_tolerance(bicycle, table, given):
-    own = of_own(bicycle, given)
+    own = quantities_of_states(bicycle, given)
     assert set(own) - {"height"} <= set(table)
     for level in LEVELS:
         for c in level.columns:
             error = np.abs(own[c.name] - table[c.name]) / (1 + np.abs(table[c.name]))
-            assert np.max(error) < TOLERANCE / 1000, c.name
+            assert np.max(error) < STATE_TOLERANCE / 1000, c.name
 
 
 def test_momenta_and_energies_follow_from_the_mass_matrix(table):
@@ -85,7 +85,7 @@ def neighbours(bicycle, table, given):
         states["yaw"] = sign * h * table["yaw_rate"]
         for axis in "xy":
             states[f"rear_contact_{axis}"] = sign * h * table[f"rear_contact_velocity_{axis}"]
-        return of_own(bicycle, states, is_linear=False)
+        return quantities_of_states(bicycle, states, is_linear=False)
 
     return moved(1), moved(-1), 2 * h
 
@@ -166,12 +166,12 @@ def test_geometry_is_what_the_parameters_say(bicycle, table):
 
 def test_a_level_depends_on_the_parameters_that_are_said(bicycle, given):
     few = {name: x[40:70:3] for name, x in given.items()}
-    right = of_own(bicycle, few, is_linear=False)
+    right = quantities_of_states(bicycle, few, is_linear=False)
     known, others = set(), {}
     for symbol in PARAMETERS:
         x = bicycle[symbol]
         other = {**bicycle.values, symbol: Exact(x.rational + Fraction(1, 1000), x.pi_multiple)}
-        others[symbol] = of_own(Bicycle("", other), few, is_linear=False)
+        others[symbol] = quantities_of_states(Bicycle("", other), few, is_linear=False)
     for level in LEVELS[:-1]:
         known |= set(level.parameters)
         names = [c.name for c in level.columns]
@@ -196,7 +196,7 @@ def test_other_bicycles_have_all_that_is_defined(bicycle, states, name):
         else bicycle.replace(g=Exact(Fraction(0)))
     )
     exact = of_known(other, states[:40:13])
-    own = of_own(other, {key: exact[key] for key in COORDINATES})
+    own = quantities_of_states(other, {key: exact[key] for key in COORDINATES})
     for level in LEVELS:
         for c in level.columns:
             right = exact[c.name]

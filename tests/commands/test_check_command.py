@@ -14,7 +14,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.instants import as_csv, known_states
-from heyoka_bike.scoring.instants.check import of_own
+from heyoka_bike.scoring.instants.check import quantities_of_states
 from heyoka_bike.showing.formats import check as shown
 
 SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")
@@ -82,7 +82,7 @@ def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
 def test_a_parameter_that_explains_the_table_is_found(bicycle, exact):
     states = {name: exact[f"{name} [{UNITS[name]}]"] for name in COORDINATES}
     mistaken = bicycle.replace(IBxz=Exact(-bicycle["IBxz"].rational))
-    values = of_own(mistaken, states)
+    values = quantities_of_states(mistaken, states)
     table = {f"{n} [{UNITS[n]}]": values[n] for n in ("kinetic_energy", "roll_acceleration")}
     found = hb.check({"state": exact["state"], **table})
     assert found.failed.level.name == "energy"
@@ -127,7 +127,7 @@ def test_states_of_ones_own_are_checked_in_any_unit(tmp_path, bicycle):
     own = dict(
         zip(COORDINATES, np.array([[0.3, -0.2, 0.5, 1.5, 4.6], [0, 0, 0, 0, 3]]).T, strict=True)
     )
-    right = of_own(bicycle, own)
+    right = quantities_of_states(bicycle, own)
     table = {
         "Roll Angle (deg)": np.degrees(own["roll_angle"]), "steer_angle_rad": own["steer_angle"],
         "roll_rate [deg/s]": np.degrees(own["roll_rate"]), "steer_rate [1/s]": own["steer_rate"],

@@ -134,7 +134,7 @@ def test_unwritable_output_is_one_line(tmp_path, capsys):
 
 @pytest.mark.proof
 def test_what_ends_early_is_kept_marked_and_said(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(events, "LONGEST", Fraction(1))
+    monkeypatch.setattr(events, "MAX_SEARCH_TIME", Fraction(1))
     out = tmp_path / "out"
     arguments = ["--maneuvers", write(tmp_path), "--out", str(out), "--workers", "1"]
     assert main(["generate", *arguments, "--until", "fall"]) == 4

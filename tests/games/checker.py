@@ -32,7 +32,7 @@ from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import scored
 from heyoka_bike.scoring.units import UNITS
-from heyoka_bike.showing.wording import PHRASES, graded
+from heyoka_bike.showing.wording.verdict_text import PHRASES, graded
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.header import checker_header
 

@@ -27,7 +27,7 @@ from games.writing import write
 from games.wrong_files import wrong_file
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
-from heyoka_bike.showing.wording import file_grade
+from heyoka_bike.showing.wording.grade_text import file_grade
 from heyoka_bike.workbench.checker import page
 
 NODE = shutil.which("node")

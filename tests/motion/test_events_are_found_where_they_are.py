@@ -359,7 +359,7 @@ def test_a_wheel_that_is_pulled_down_at_the_start_is_bad_input(bicycle, maneuver
 
 
 def test_an_unknown_event_is_named(bicycle, maneuvers):
-    with pytest.raises(InputError, match="found event 'crash', expected fall, upright"):
+    with pytest.raises(InputError, match="found event 'crash', expected one of fall, upright"):
         first_event(bicycle, maneuvers[0], until="crash")
 
 

@@ -93,7 +93,7 @@ def test_it_scores_and_says_what_it_cannot(site):
     assert refused.returncode == 1
     assert refused.stdout == ""
     assert refused.stderr == (
-        "heyoka-bike: heyoka is not installed; integrating needs it (pip install "
+        "heyoka-bike: heyoka is not installed; integration needs it (pip install "
         "'heyoka_bike[generate]' on Linux, or conda install heyoka.py)\n"
     )
 

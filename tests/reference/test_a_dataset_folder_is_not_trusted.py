@@ -267,6 +267,17 @@ def test_other_units_and_another_licence_are_not_certified(
     assert (found if is_known else f"unknown attribute {attribute!r}") in line
 
 
+@pytest.mark.parametrize("place", ["dense/order", "dense/piece"])
+def test_other_indices_are_not_certified(copy, capsys, place):
+    """Indices are the only numbers that no proof recomputes."""
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        f["maneuver_1"][place][-1] += 4
+    accept(copy)
+    code, (line,) = run(capsys, "certify", copy, "--workers", "1")
+    assert code == 3
+    assert f"maneuver_1/{place}: found other numbers than 0, 1, 2, ..." in line
+
+
 def test_a_doubled_entry_of_the_manifest_is_not_certified(copy, capsys):
     document = json.loads((copy / MANIFEST).read_text())
     first = document["files"][0]

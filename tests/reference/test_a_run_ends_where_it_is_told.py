@@ -98,7 +98,7 @@ def test_a_motion_past_a_singularity_is_kept_up_to_it_and_says_so(bicycle, maneu
 def test_a_motion_that_does_not_fall_keeps_its_duration_and_says_so(
     bicycle, maneuvers, monkeypatch
 ):
-    monkeypatch.setattr(events, "LONGEST", Fraction(20))
+    monkeypatch.setattr(events, "MAX_SEARCH_TIME", Fraction(20))
     found = ending(bicycle, maneuvers[1], "fall")
     assert found.is_early
     assert found.maneuver.duration == 10

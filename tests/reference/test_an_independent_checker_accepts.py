@@ -453,7 +453,7 @@ def forged_set(folder, bicycle, maneuver):
     texts = {TEXT: "", TEXT_50: ""}
     stored = {name + tag: [] for name in BENCHMARK_COLUMNS for tag in ("", "_lo", "_bound")}
     times = [Enclosure.of(maneuver.time(i)) for i in range(maneuver.rows)]
-    stored |= zip(("time", "time_lo"), zip(*(hi_lo(t, "time") for t in times), strict=True))
+    stored["time"], stored["time_lo"] = zip(*(hi_lo(t, "time") for t in times), strict=True)
     with at.balls.precision():
         for i in range(maneuver.rows):
             found = {name: exact(at.columns(maneuver.time(i))[name]) for name in BENCHMARK_COLUMNS}

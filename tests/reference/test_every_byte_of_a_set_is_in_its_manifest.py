@@ -14,7 +14,7 @@ from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import AFTER_FILES, CARD, CRATE, STATES, STATES_HDF5
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
-from heyoka_bike.reference.proof.certificate import certify
+from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.verification.verify import check_files, verify
 
 pytestmark = pytest.mark.proof

@@ -10,7 +10,7 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.events import Ending
 from heyoka_bike.reference import making
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.reference.proof import certificate
+from heyoka_bike.reference.proof import compute_table
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import carry_out, using
 from heyoka_bike.system.resources import reference_folder
@@ -48,7 +48,7 @@ def test_the_time_is_told_once_all_is_integrated(bicycle, maneuvers, pieces, sec
 def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
     one = made(bicycle, maneuvers, 1)
     jobs = {job.stages[0]: job for job in one.begin()}
-    assert [job.stages[0] for job in one.begin()] == ["integrate", *certificate.STAGES]
+    assert [job.stages[0] for job in one.begin()] == ["integrate", *compute_table.STAGES]
     told = []
     for candidates in ({"0"}, {"1"}, {"1"}):
         value = (SimpleNamespace(candidates=frozenset(candidates)),)
@@ -66,7 +66,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
 def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
     """This is also true if a job of an abandoned attempt ends after all others."""
     one, written = made(bicycle, maneuvers, 1), []
-    monkeypatch.setattr(certificate, "tabulated", lambda run, parts: sorted(parts))
+    monkeypatch.setattr(compute_table, "assemble_table", lambda run, parts: sorted(parts))
     monkeypatch.setattr(making, "write_dataset", lambda *of: written.append(of[2]) or ())
     late = {job.stages[0]: job for job in one.begin()}
     rows = (SimpleNamespace(candidates=frozenset({"0"})),)

@@ -25,7 +25,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import CERTIFICATE, HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.making import generate
-from heyoka_bike.reference.proof.certificate import certify
+from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.instants import known_states
 from heyoka_bike.reference.verification.verify import verify
 

@@ -17,8 +17,8 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST
-from heyoka_bike.reference.proof.certificate import certify as prove
 from heyoka_bike.reference.proof.certificate import compare_certificate
+from heyoka_bike.reference.proof.certify import certify as prove
 
 # Derivatives: the worst of all columns and unknowns, which is a tiny one; nearly all are below 24 x
 # 2^-50.

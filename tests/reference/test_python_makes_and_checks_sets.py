@@ -146,12 +146,10 @@ def test_a_set_is_proved_again(made):
 
 @pytest.mark.proof
 def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
-    from heyoka_bike.reference.proof import certificate
+    from heyoka_bike.reference.proof import certify
 
     found, _ = made
-    monkeypatch.setattr(
-        certificate, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
-    )
+    monkeypatch.setattr(certify, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"})
     with pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"):
         heyoka_bike.certify(found.folder)
 

@@ -16,7 +16,7 @@ from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.reference import hdf5
 from heyoka_bike.reference.layout import STATES, STATES_HDF5
 from heyoka_bike.reference.proof import instants
-from heyoka_bike.reference.proof.certificate import certify
+from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.instants import as_csv, known_states, render_states, states_differ
 from heyoka_bike.reference.verification.verify import verify
 

@@ -8,14 +8,13 @@ from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.conclusions import Integrator
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.found import Integrator
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL, is_plausible
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.error_shape import BeginsAs, EnergyKept
 from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.causes import finding
 from heyoka_bike.showing.formats import summary
 
 MOST_LINES = 12
@@ -59,7 +58,7 @@ def test_forces_that_store_no_energy_leave_the_potential_energy_as_it_is():
 
 def test_a_method_that_is_only_the_nearest_asks_for_no_smaller_step():
     method = Method("the implicit midpoint rule", 2, 0.01, True, 2.1, 20.0)
-    nearest, sure = (finding(Integrator((method,), x)).message for x in (False, True))
+    nearest, sure = (Integrator((method,), x).message() for x in (False, True))
     assert "take a smaller step" not in nearest.lower()
     assert "Take a smaller step" in sure
 
@@ -67,13 +66,13 @@ def test_a_method_that_is_only_the_nearest_asks_for_no_smaller_step():
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_how_an_error_begins_excludes_no_force(order):
     keys = ("roll_angle", "steer_angle")
-    message = finding(BeginsAs(keys, order, (1, 2))).message
+    message = BeginsAs(keys, order, (1, 2)).message()
     assert "no force" not in message
     assert all(key in message for key in keys)
 
 
 def test_an_energy_that_is_kept_names_no_parameters():
-    message = finding(EnergyKept(1e-9, {1: 2.0})).message
+    message = EnergyKept(1e-9, {1: 2.0}).message()
     assert not any(word in message for word in ("masses", "lengths", "no work"))
 
 

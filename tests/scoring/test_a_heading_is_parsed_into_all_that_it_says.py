@@ -3,7 +3,7 @@
 import pytest
 
 from heyoka_bike import read_results
-from heyoka_bike.scoring.reading.names.columns import Heading, parse_heading
+from heyoka_bike.scoring.reading.names.heading import Heading, parse_heading
 
 
 @pytest.mark.parametrize(

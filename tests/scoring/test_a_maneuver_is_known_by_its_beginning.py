@@ -7,7 +7,7 @@ from generators.mistaken_programs import correct
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis.programs.program import changed, initial_state
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.evidence.as_compared import (
     ManeuverGuessed,
     ManeuverRecognised,
@@ -32,7 +32,7 @@ def wrong(reference):
         program = changed(correct(reference), change)
         for n in reference:
             start = initial_state(program.motion.bicycle, program.motion.starts[n])
-            asked[i, n] = AskedMotion(program.motion.bicycle, start, reference[n].time)
+            asked[i, n] = MotionRequest(program.motion.bicycle, start, reference[n].time)
     return dict(zip(asked, Simulator().run_all([*asked.values()]), strict=True))
 
 

@@ -13,13 +13,12 @@ from generators.mistaken_programs import correct
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
-from heyoka_bike.scoring.diagnosis.found import TorqueLaw
+from heyoka_bike.scoring.diagnosis.conclusions import TorqueLaw
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.residual.laws import hats
 from heyoka_bike.scoring.diagnosis.residual.observed import observe, state_vector
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.showing.causes import finding
 
 
 @pytest.fixture(scope="module")
@@ -68,10 +67,10 @@ def test_the_variable_and_the_values_are_found(reference, motions, name):
 
 
 def test_friction_is_said_to_brake(reference, motions):
-    said = finding(TorqueLaw(with_torque(reference, motions, *LAWS["friction"][::2]).law)).message
+    said = TorqueLaw(with_torque(reference, motions, *LAWS["friction"][::2]).law).message()
     assert said.startswith("A torque on the steer axis is there, or missing, that depends on the ")
     assert "It brakes: a friction" in said
-    said = finding(TorqueLaw(with_torque(reference, motions, *LAWS["play"][::2]).law)).message
+    said = TorqueLaw(with_torque(reference, motions, *LAWS["play"][::2]).law).message()
     assert "brakes" not in said
 
 

@@ -426,7 +426,7 @@ def test_a_small_file_that_unpacks_to_a_large_one(tmp_path):
     assert len(content) < 10**5
     path = tmp_path / "r.npz"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="bytes packed, expected at most 1000000"):
+    with pytest.raises(InputError, match="bytes after unpacking, expected at most 1000000"):
         read_results(path, max_bytes=10**6)
 
 

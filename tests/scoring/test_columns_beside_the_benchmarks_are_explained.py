@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 
 HEADINGS = {
     "roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate",
@@ -16,7 +16,7 @@ HEADINGS = {
 
 def beside(report):
     """What is said of columns beside the benchmark's."""
-    return sayings.findings(plain.beside(report))
+    return finding_text.findings(visible_faults.faults_in_other_columns(report))
 
 
 def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):

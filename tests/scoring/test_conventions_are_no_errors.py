@@ -9,7 +9,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
 from heyoka_bike.scoring.diagnosis import pursue
-from heyoka_bike.scoring.diagnosis.found import Explained, NoCauseFound
+from heyoka_bike.scoring.diagnosis.conclusions import Explained, NoCauseFound
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.score import score

@@ -8,7 +8,7 @@ import pytest
 from generators.made_results import codes, column, made, rows, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import score
 
@@ -286,7 +286,7 @@ def wrong_motions(reference, bicycle, maneuvers):
     wrong = [bicycle.replace(**{s: Exact.parse(x) for s, x in c.items()}) for c in WRONG_MODELS]
     starts = [(0.0, 0.0, 0.0, float(m.roll_rate), 0.0, float(m.speed)) for m in maneuvers]
     asked = [
-        AskedMotion(b, start, m.time)
+        MotionRequest(b, start, m.time)
         for b in wrong
         for start, m in zip(starts, reference.maneuvers, strict=True)
     ]

@@ -8,7 +8,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -18,7 +18,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsReversed,
     SingleRows,
 )
-from heyoka_bike.scoring.rows.columns import deviating_columns, single_rows
+from heyoka_bike.scoring.rows.column_faults import deviating_columns, single_rows
 from heyoka_bike.scoring.rows.edits import (
     Clock,
     Exchanged,
@@ -31,7 +31,7 @@ from heyoka_bike.scoring.rows.edits import (
 )
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
-from heyoka_bike.scoring.rows.times import other_clocks
+from heyoka_bike.scoring.rows.wrong_times import other_clocks
 from heyoka_bike.scoring.score import score
 
 TIME = np.arange(201) / 20
@@ -126,7 +126,9 @@ def test_rows_between_those_of_large_steps_on_curves(reference):
         for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
             curve = CubicHermiteSpline(TIME[::5], knots[angle][::5], knots[rate][::5])
             knots[angle], knots[rate] = curve(TIME), curve.derivative()(TIME)
-    found = [x for x in plain.shown(report_of(held, reference)) if isinstance(x, RowsBetween)]
+    found = [
+        x for x in visible_faults.shown(report_of(held, reference)) if isinstance(x, RowsBetween)
+    ]
     assert {(n, x.order, x.every) for x in found for n in x.maneuvers} >= {(2, 2, 5)}
 
 

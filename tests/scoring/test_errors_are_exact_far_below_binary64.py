@@ -8,7 +8,7 @@ import pytest
 from generators.made_results import column, exact_columns, made, rows
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring import measures
-from heyoka_bike.scoring.measures import FEW
+from heyoka_bike.scoring.measures import MAX_EXACT_VALUES
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -46,7 +46,7 @@ def test_errors_below_binary64_are_seen_in_columns_of_more_digits(reference, siz
 @pytest.mark.parametrize("size", [1e-13, 1e-22, 1e-28])
 def test_of_many_rows_they_are_seen_as_well(reference, size, monkeypatch):
     """Each error is found by the evaluation that it needs, the fastest that is good enough."""
-    monkeypatch.setattr(measures, "FEW", 0)
+    monkeypatch.setattr(measures, "MAX_EXACT_VALUES", 0)
     m = reference[2]
     time = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 40))
     exact = m.evaluate(time, BENCHMARK_COLUMNS)
@@ -98,7 +98,7 @@ def test_a_decimal_time_is_not_its_binary64(reference):
 
 def test_many_rows_are_judged_like_few(reference):
     """Above a number of rows hi + lo is used only where the error is small enough to need it."""
-    time = np.linspace(0.0, 10.0, FEW + 1)
+    time = np.linspace(0.0, 10.0, MAX_EXACT_VALUES + 1)
     values = reference[2].approximate(time, BENCHMARK_COLUMNS)
     few = slice(None, None, 100)
     for size in (1e-6, 1e-13):

@@ -8,8 +8,8 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.claims import left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, log_ratio
-from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, log_ratio
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, FittedValues
 
 BY_CODE = {m.code: m for m in MISTAKES}
 MODEL, OUTPUT = BY_CODE["sign_IHxz"], BY_CODE["energy_difference"]
@@ -31,12 +31,12 @@ def test_three_maneuvers_tell_as_much_as_one_that_falls_by_the_cube():
 def test_what_resembles_an_error_by_chance_is_not_said():
     """Errors of correct programs fall by up to 7 in one maneuver, with the best of 300 mistakes."""
     one = {k: x for k, x in hypothesis(1e-2 / 7).after.items() if k[0] == 1}
-    assert hypothesis(one).log_odds < WEIGHTS.said
-    assert hypothesis(1e-2 / 7).log_odds > WEIGHTS.said
+    assert hypothesis(one).log_odds < THRESHOLDS.report_log_odds
+    assert hypothesis(1e-2 / 7).log_odds > THRESHOLDS.report_log_odds
 
 
 def test_values_that_are_fitted_and_second_mistakes_cost_more():
-    found = Found("g", None, 9.8, 9.81, 1e-3)
+    found = FittedValue("g", None, 9.8, 9.81, 1e-3)
     fitted, two = (
         FittedValues("other", "", "", "model", lambda p: p, values)
         for values in ((found,), (found, found))
@@ -73,8 +73,8 @@ def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion(
 
 def test_nothing_is_left_at_the_floor():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
-    assert not h.leaves_nothing
-    assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing
+    assert not h.is_exhaustive
+    assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).is_exhaustive
 
 
 @pytest.mark.parametrize(("others", "is_told"), [(1e-9, True), (1e-4, False)])

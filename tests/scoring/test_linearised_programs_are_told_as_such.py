@@ -8,7 +8,7 @@ import pytest
 from generators.linear_programs import LATERAL, linear_run, run
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.explain import explain
-from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
+from heyoka_bike.scoring.diagnosis.programs.linear_motion import linear_columns
 from heyoka_bike.scoring.score import score
 from support.said import said_of
 

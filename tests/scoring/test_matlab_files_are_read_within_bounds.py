@@ -199,7 +199,9 @@ def zeros(kind, count):
 def test_a_small_file_that_unpacks_to_a_large_one(bomb):
     data = file_of(bomb)
     assert len(data) < MOST / 90
-    with pytest.raises(InputError, match=r"more than 10000000 bytes packed.* --max-bytes N allows"):
+    with pytest.raises(
+        InputError, match=r"more than 10000000 bytes after unpacking.* --max-bytes N allows"
+    ):
         matlab_variables(data)
 
 

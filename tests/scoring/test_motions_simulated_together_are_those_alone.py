@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest
 
 TIME = np.linspace(0.0, 10.0, 101)
 # Over at once, after which nothing is reached.
@@ -32,11 +32,11 @@ def check(simulator, motions):
 
 def test_of_several_grids_and_more_than_there_are_lanes(simulator, bicycle):
     times = [TIME, TIME[:11], 0.9 * TIME]
-    check(simulator, [AskedMotion(bicycle, start, time) for time in times for start in STARTS])
+    check(simulator, [MotionRequest(bicycle, start, time) for time in times for start in STARTS])
 
 
 def test_beside_one_that_ends(simulator, bicycle):
-    motions = [AskedMotion(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
+    motions = [MotionRequest(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
     found = check(simulator, motions)
     assert [int(np.isfinite(x["roll_angle"]).sum()) == len(TIME) for x in found] == [
         start is not ENDING for start in (STARTS[0], ENDING, *STARTS[1:])
@@ -51,7 +51,7 @@ def test_with_forces_and_without_terms(simulator, bicycle):
         {"wheels_weight": 1.0},
         {"wheels_weight": 1.0, "air_drag": 0.1},
     )
-    motions = [AskedMotion(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
+    motions = [MotionRequest(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
     found = check(simulator, motions)
     ends = [x["roll_angle"][-1] for x in found[::2]]
     assert len(set(ends)) == len(amounts)
@@ -63,11 +63,11 @@ def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amo
     heavier = replace(bicycle, values={**bicycle.values, "mB": Exact.parse("85.0001")})
     start = list(STARTS[0])
     start[2] = 1e-6
-    one = AskedMotion(bicycle, STARTS[0], TIME, amounts)
+    one = MotionRequest(bicycle, STARTS[0], TIME, amounts)
     others = [
-        AskedMotion(heavier, STARTS[0], TIME, amounts),
-        AskedMotion(bicycle, STARTS[0], TIME, {**amounts, "steer_damping": 1e-6}),
-        AskedMotion(bicycle, start, TIME, amounts),
+        MotionRequest(heavier, STARTS[0], TIME, amounts),
+        MotionRequest(bicycle, STARTS[0], TIME, {**amounts, "steer_damping": 1e-6}),
+        MotionRequest(bicycle, start, TIME, amounts),
     ]
     ((here, *near),) = simulator.run_near([[one, *others]])
     _, *exact = simulator.run_all([one, *others])
@@ -79,7 +79,7 @@ def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amo
 
 
 def test_motions_near_one_that_ends_end_as_well(simulator, bicycle):
-    one = AskedMotion(bicycle, FALLING, TIME)
+    one = MotionRequest(bicycle, FALLING, TIME)
     ((here, near),) = simulator.run_near([[one, replace(one, amounts={"air_drag": 1e-6})]])
     good = np.isfinite(here["roll_angle"])
     assert 0 < good.sum() < len(TIME)

@@ -15,7 +15,7 @@ from generators.made_results import is_right_in_part
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import parse_heading, with_unit
+from heyoka_bike.scoring.reading.names.heading import parse_heading, with_unit
 from heyoka_bike.scoring.reading.names.paths import without_paths
 
 ORDER = ("forward_speed", "steer_rate", "roll_angle", "mechanical_energy", "roll_rate",

@@ -7,9 +7,9 @@ from generators.made_results import exact_columns
 from generators.mistaken_programs import correct
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands.options import BUDGET
-from heyoka_bike.scoring.diagnosis.budget import SECONDS
+from heyoka_bike.scoring.diagnosis.budget import DEFAULT_BUDGET
 from heyoka_bike.scoring.diagnosis.programs.program import changed, initial_state
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.evidence.as_read import NotFinite
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.score import score
@@ -22,7 +22,7 @@ def test_a_wrong_motion_shows_no_definition(reference):
     swapped = {"IBxx": p["IBzz"] - p["IBxx"], "IBzz": p["IBxx"] - p["IBzz"]}
     motion = changed(base, swapped).motion
     asked = [
-        AskedMotion(motion.bicycle, initial_state(motion.bicycle, s), reference[n].time)
+        MotionRequest(motion.bicycle, initial_state(motion.bicycle, s), reference[n].time)
         for n, s in motion.starts.items()
     ]
     parts = [
@@ -50,4 +50,4 @@ def test_a_count_agrees_with_its_verb(count, words):
 
 
 def test_the_help_has_the_budget():
-    assert f"(default: {SECONDS:g})" in BUDGET["--budget S"]
+    assert f"(default: {DEFAULT_BUDGET:g})" in BUDGET["--budget S"]

@@ -14,7 +14,7 @@ from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
@@ -30,7 +30,7 @@ def equations(reference):
 
 
 def told(results, reference):
-    return sayings.findings(causes(score(results, reference)))
+    return finding_text.findings(causes(score(results, reference)))
 
 
 # What is said of the motion, whatever its errors look like; these are no motion's.

@@ -4,7 +4,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import group_number, parse_heading
+from heyoka_bike.scoring.reading.names.heading import group_number, parse_heading
 from heyoka_bike.scoring.reading.source import read_results
 
 KEYS = BENCHMARK_COLUMNS

@@ -7,7 +7,7 @@ from generators.made_results import codes, made, smooth_error
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.scoring.rows.times import late_rows
+from heyoka_bike.scoring.rows.wrong_times import late_rows
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 

@@ -6,11 +6,11 @@ import pytest
 
 from heyoka_bike.scoring.diagnosis import numerical
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.plain import columns_apart
+from heyoka_bike.scoring.diagnosis.visible_faults import columns_apart
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
 
 JUDGED = Path(__file__).parent / "judged"
@@ -29,7 +29,7 @@ def test_errors_of_roll_and_steer_alone_are_of_the_motion(reference):
 def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
     """Dopri5 of diffrax with rtol = atol = 1e-5, in binary32: 1.4e-3; in binary64: 2.3e-3."""
     read = read_results(JUDGED / "diffrax-default.txt.gz")
-    *others, single = sayings.findings(numerical.causes(score(read, reference)))
+    *others, single = finding_text.findings(numerical.causes(score(read, reference)))
     assert (single.code, single.severity) == ("single_precision", Severity.INFO)
     assert "another cause comes before" in single.message
     assert others

@@ -16,7 +16,7 @@ from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.reading.names.columns import parse_heading
+from heyoka_bike.scoring.reading.names.heading import parse_heading
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

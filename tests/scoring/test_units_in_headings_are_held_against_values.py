@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
-from heyoka_bike.scoring.reading.names.columns import parse_heading
-from heyoka_bike.scoring.reading.names.units import _WORDS, quantities, unknown_unit
+from heyoka_bike.scoring.reading.names.heading import parse_heading
+from heyoka_bike.scoring.reading.names.heading_units import _WORDS, quantities, unknown_unit
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generators.numbered_columns import found, written
-from heyoka_bike.scoring.reading.names.columns import parse_heading
+from heyoka_bike.scoring.reading.names.heading import parse_heading
 from heyoka_bike.scoring.reading.source import read_results
 
 

@@ -8,7 +8,7 @@ import pytest
 from generators.numbered_columns import COUNT, found, written
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.words import nearest
+from heyoka_bike.scoring.reading.names.suggestions import nearest
 from heyoka_bike.scoring.reading.source import read_results
 
 
@@ -34,7 +34,7 @@ def test_a_heading_that_is_not_understood(heading, fragment, tmp_path):
     assert fragment in str(caught.value)
     assert len(str(caught.value)) < 400
     if "names" in fragment:
-        assert str(caught.value).endswith("--columns time,roll_angle,... tells what they are")
+        assert str(caught.value).endswith("--columns time,roll_angle,... names them")
 
 
 def test_arrays_that_are_not_understood(tmp_path):
@@ -105,8 +105,8 @@ def test_columns_of_arrays_are_told(tmp_path):
         ("t,rol_angle,-", "did you mean roll_angle?"),
         ("roll_angle,-,-", "--columns: found no time and another column"),
         ("t,-,-", "--columns: found no time and another column"),
-        ("t,roll", "r.csv:2: found 3 columns, expected 2 as --columns tells"),
-        ("t,roll,v,yaw", "r.csv:2: found 3 columns, expected 4 as --columns tells"),
+        ("t,roll", "r.csv:2: found 3 columns, expected 2 as named in --columns"),
+        ("t,roll,v,yaw", "r.csv:2: found 3 columns, expected 4 as named in --columns"),
         ("t,roll,lean", "found 'roll' and 'lean', expected one column of roll angle"),
         ("t,\x1b,-", "found '\\x1b'"),
     ],

@@ -12,22 +12,22 @@ from generators.correct_programs import fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
-from heyoka_bike.scoring.diagnosis.plain import other_times
+from heyoka_bike.scoring.diagnosis.visible_faults import other_times
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
 
 
 def shown(report):
     """What is said of what is seen at once."""
-    return sayings.findings(plain.shown(report))
+    return finding_text.findings(visible_faults.shown(report))
 
 
 def columns_apart(report):
-    seen = plain.columns_apart(report)
+    seen = visible_faults.columns_apart(report)
     return None if seen is None else seen.finding()
 
 

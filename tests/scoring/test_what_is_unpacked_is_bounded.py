@@ -27,7 +27,9 @@ def test_a_packed_text_is_read_to_the_limit(most, tmp_path):
     path = tmp_path / "r.gz"
     path.write_bytes(gzip.compress(text))
     if most < len(text):
-        with pytest.raises(InputError, match=f"found {len(text)} bytes packed, expected at most"):
+        with pytest.raises(
+            InputError, match=f"found {len(text)} bytes after unpacking, expected at most"
+        ):
             read_results(path, maneuver=1, max_bytes=most)
     else:
         assert len(read_results(path, maneuver=1, max_bytes=most).maneuvers[0].time) == 100
@@ -40,7 +42,7 @@ def test_a_length_that_is_not_true_is_found_out(tmp_path):
     data = packed.compress(text) + packed.flush()
     path = tmp_path / "r.gz"
     path.write_bytes(data[:-4] + (7).to_bytes(4, "little"))
-    with pytest.raises(InputError, match="found more than 100000 bytes packed"):
+    with pytest.raises(InputError, match="found more than 100000 bytes after unpacking"):
         read_results(path, maneuver=1, max_bytes=100_000)
 
 
@@ -52,7 +54,7 @@ def test_what_says_that_it_is_too_long_is_refused_before_it_is_read(tmp_path):
     # Whoever unpacks it meets what is damaged.
     half = len(data) // 2
     path.write_bytes(data[:half] + b"\xff" * half + (6 * 10**8).to_bytes(4, "little"))
-    with pytest.raises(InputError, match="found 600000000 bytes packed") as caught:
+    with pytest.raises(InputError, match="found 600000000 bytes after unpacking") as caught:
         read_results(path)
     assert f"expected at most {MOST_UNPACKED}; --max-bytes N allows more" in str(caught.value)
     path.write_bytes(data[:half] + b"\xff" * half + (10**6).to_bytes(4, "little"))
@@ -63,7 +65,7 @@ def test_what_says_that_it_is_too_long_is_refused_before_it_is_read(tmp_path):
 def test_an_archive_says_how_long_it_is(tmp_path):
     path = tmp_path / "r.npz"
     np.savez_compressed(path, run=np.zeros((1000, 9)))
-    with pytest.raises(InputError, match="bytes packed, expected at most 5000"):
+    with pytest.raises(InputError, match="bytes after unpacking, expected at most 5000"):
         read_results(path, maneuver=1, max_bytes=5000)
 
 
@@ -132,7 +134,7 @@ def test_arrays_of_a_file_unpack_to_the_limit_together(tmp_path):
             x = np.arange(10_000) * (i == 0) / 1e4
             f.create_dataset(name, data=x, compression="gzip", shuffle=True)
     assert len(read_results(path, maneuver=1, max_bytes=10**6).maneuvers[0].time) == 10_000
-    with pytest.raises(InputError, match="found more than 500000 bytes packed"):
+    with pytest.raises(InputError, match="found more than 500000 bytes after unpacking"):
         read_results(path, maneuver=1, max_bytes=500_000)
 
 
@@ -146,7 +148,7 @@ def test_a_text_that_many_references_lead_to_is_counted_each_time(tmp_path):
         f["time"] = np.linspace(0, 1, 20)[None]
     with path.open("r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
-    with pytest.raises(InputError, match="found more than 500000000 bytes packed"):
+    with pytest.raises(InputError, match="found more than 500000000 bytes after unpacking"):
         read_results(path)
 
 
@@ -162,5 +164,5 @@ def test_one_long_text_in_many_rows_is_counted_each_time(tmp_path):
         one = file.read(16)
         file.seek(offset)
         file.write(one * 101)
-    with pytest.raises(InputError, match="found more than 1000000 bytes packed"):
+    with pytest.raises(InputError, match="found more than 1000000 bytes after unpacking"):
         read_results(path, maneuver=1, max_bytes=10**6)

@@ -22,7 +22,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.sources import SOURCES
-from heyoka_bike.scoring.rows.columns import bounded
+from heyoka_bike.scoring.rows.column_faults import bounded
 from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.score import score
 

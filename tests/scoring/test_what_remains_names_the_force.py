@@ -24,7 +24,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
@@ -43,7 +43,7 @@ def equations(reference):
 
 def likely(found):
     """Causes of the library that the equations speak for."""
-    return [h for h in found.known if h.log_odds > WEIGHTS.said]
+    return [h for h in found.known if h.log_odds > THRESHOLDS.report_log_odds]
 
 
 def causes_of(results, reference, equations, *, understood=None):

@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.scoring.evidence.as_read import NotCompared
-from heyoka_bike.scoring.reading.names.columns import parse_heading
+from heyoka_bike.scoring.reading.names.heading import parse_heading
 
 LONG = "(rear frame, measured about its x axis)"
 EVERY = slice(None, None, 10)

@@ -116,7 +116,7 @@ def test_one_maneuver(kind, expected):
 
 def test_results_that_do_not_tell_their_maneuver_are_told():
     upright = hb.read_results({"time": TIME[:1], "roll_angle": ROLL[:1]})
-    with pytest.raises(BicycleError, match="say which with maneuver=N"):
+    with pytest.raises(BicycleError, match="name it with maneuver=N"):
         hb.score(upright)
     assert list(hb.score(upright, maneuver=2)) == [2]
 
@@ -165,7 +165,9 @@ REFUSED = {
     "another maneuver": (lambda: hb.score(TABLE, maneuver=4), "found maneuver 4, expected 1 to 3"),
     "a maneuver in words": (lambda: hb.score(TABLE, maneuver="2"), "found maneuver '2', expected"),
     "a maneuver's number": (lambda: hb.score({4: TABLE}), "found maneuver 4, expected 1 to 3"),
-    "a maneuver of three": (lambda: hb.score(TABLE, maneuver=2), "hold maneuver 1, 2, 3"),
+    "a maneuver of three": (
+        lambda: hb.score(TABLE, maneuver=2), "for results of maneuvers 1, 2, 3",
+    ),
     "a maneuver twice": (lambda: hb.score([FILE, FILE]), "found maneuver 1 twice"),
     "told columns": (lambda: hb.score(TABLE, columns="time,foo"), "columns: found 'foo'"),
     "another reference": (lambda: hb.score(TABLE, TABLE), "reference: found a ndarray"),
@@ -256,8 +258,12 @@ def test_programs_are_compared_by_name(expected):
         ([], {"a": TABLE}, "found 1 program, expected two or more; score() judges one"),
         ([[FILE]], {"b": FILE}, "found programs with and without names"),
         ([], {"a": TABLE, "b": TABLE[:, :7]}, "b: found 7 columns, expected 9 or 25"),
-        ([], {"a": TABLE, "b": TABLE, "cpu": {"c": 1.0}}, "cpu: found 'c', expected some of a, b"),
-        ([{"": TABLE, "b": TABLE}], {}, "name: found an empty one"),
+        (
+            [],
+            {"a": TABLE, "b": TABLE, "cpu": {"c": 1.0}},
+            "cpu: found 'c', expected names among a, b",
+        ),
+        ([{"": TABLE, "b": TABLE}], {}, "name: found an empty name"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(arguments, named, says):

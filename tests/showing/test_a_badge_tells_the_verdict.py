@@ -7,7 +7,7 @@ import pytest
 from generators import sample_reports as sample
 from heyoka_bike.cli import main
 from heyoka_bike.showing.formats import badge
-from heyoka_bike.showing.wording import verdict
+from heyoka_bike.showing.wording.verdict_text import verdict
 from heyoka_bike.system.resources import data_folder
 
 # Of shields.io: named colours that it documents.

@@ -2,6 +2,7 @@
 
 import pytest
 
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing.document import (
     HTML,
     TEXT,
@@ -19,7 +20,6 @@ from heyoka_bike.showing.document import (
     html,
     text,
 )
-from heyoka_bike.showing.wording import Grade
 from support.pages import Page
 
 TABLE = TableBlock(

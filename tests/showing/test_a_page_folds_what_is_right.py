@@ -8,7 +8,8 @@ import pytest
 from generators import sample_reports
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing.formats.output import render
-from heyoka_bike.showing.wording import WORDS, label
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.grade_text import WORDS
 from support.browser import browser
 
 FOLDED = re.compile(r"<details><summary><h4>(.*?)</h4></summary>(.*?)</details>", re.S)

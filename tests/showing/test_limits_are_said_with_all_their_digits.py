@@ -2,7 +2,7 @@
 
 import pytest
 
-from heyoka_bike.showing.wording import limit_words
+from heyoka_bike.showing.wording.number_text import limit_words
 
 
 @pytest.mark.parametrize(("limit", "said"), [

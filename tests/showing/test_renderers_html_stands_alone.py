@@ -10,7 +10,7 @@ import pytest
 
 from generators import sample_reports
 from heyoka_bike.showing.formats.output import render as rendered
-from heyoka_bike.showing.wording import label
+from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.version import __version__
 from support.pages import Page
 
@@ -346,7 +346,7 @@ def test_all_renderers_need_numpy_only():
     code = f"""
 import sys
 from heyoka_bike.showing.document import html, text
-from heyoka_bike.showing.formats import csv, json, junit, report, summary
+from heyoka_bike.showing.formats import csv, json, junit, report_document, summary
 print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

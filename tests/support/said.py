@@ -1,10 +1,10 @@
 """The text about the results of a diagnosis."""
 
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers
-from heyoka_bike.showing import causes
+from heyoka_bike.showing.wording import finding_text
 
 
 def said_of(found, report):
     """Return the findings about the causes in a report."""
-    return causes.findings(answers(found, report, plain.shown(report)))
+    return finding_text.findings(answers(found, report, visible_faults.shown(report)))

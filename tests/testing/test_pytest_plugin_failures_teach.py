@@ -98,7 +98,7 @@ def test_a_trail_that_is_one_percent_off_is_told(example, reference):
     result.stdout.fnmatch_lines(
         [f"required scd >= 8, found {digits:.3g} (maneuver {number}, {key})"]
     )
-    assert said["worst column"].startswith(f"{key} of maneuver {number}, taken as lean (")
+    assert said["worst column"].startswith(f"{key} of maneuver {number}, read as lean (")
     assert said["worst row"].startswith(f"t = {reference.times[worst]:g} s: found ")
     value, expected = re.search(r"found (\S+), expected (\S+), error", said["worst row"]).groups()
     assert float(value) == pytest.approx(found[number, key][worst], abs=0)
@@ -143,7 +143,7 @@ BROKEN = {
     "raises": "def broken(*_): raise ZeroDivisionError('of all things')",
     "is refused": (
         "from heyoka_bike.errors import MissingPackageError\n"
-        "def broken(*_): raise MissingPackageError('heyoka is not installed; integrating needs it')"
+        "def broken(*_): raise MissingPackageError('heyoka is not installed; integration needs it')"
     ),
     "warns": (
         "import dataclasses, warnings\nfrom heyoka_bike.scoring.findings import Finding\n"
@@ -161,7 +161,7 @@ BROKEN = {
 }
 SAID = {
     "raises": "none: it failed with ZeroDivisionError: of all things",
-    "is refused": "none: heyoka is not installed; integrating needs it",
+    "is refused": "none: heyoka is not installed; integration needs it",
     "warns": "Finding 0 Finding 1",
     "stops early": "Finding 0 Finding 1 Finding 4",
 }
@@ -252,7 +252,7 @@ def test_only_the_first_failures_are_diagnosed_and_none_if_not_wanted(
     shown = pytester.runpytest_subprocess(*BARE, *options).stdout.str()
     counts = tuple(
         len(re.findall(rf"^diagnosis +{start}", shown, re.MULTILINE))
-        for start in (r"Told\.", "none: not after the first 3 failures", "none: switched off")
+        for start in (r"Told\.", "none: only the first 3 failures", "none: switched off")
     )
     assert counts == expected
 

@@ -414,8 +414,8 @@ def test_bad_calls_are_told_in_one_line(pytester):
         [
             "require: found 'digits', expected maneuver, column, or one of *",
             "require: found 'scd is 8', expected *",
-            "require: nothing is required: expected a number such as scd=8, here, in the marker *",
-            "require: found maneuver= or column= beside a requirement in words*",
+            "require: nothing is required; give a number such as scd=8 here, in the marker *",
+            "require: found maneuver= or column= with a requirement as text*",
             "diagnose: found 'always', expected auto or never",
             "no-such-folder: no manifest.json found*",
         ]
@@ -440,7 +440,7 @@ def test_a_score_of_which_nothing_is_required_is_warned_of(pytester):
     result = run(pytester, "-W", "default")
     assert len(check_names(result)) == 3
     assert result.parseoutcomes()["warnings"] == 1
-    result.stdout.fnmatch_lines(["*bicycle_score: nothing is required of the results*"])
+    result.stdout.fnmatch_lines(["*bicycle_score: the test requires nothing of the results*"])
     # If warnings are errors, this is a failure of one line.
     result = run(pytester)
     assert result.parseoutcomes() == {"failed": 1, "passed": 2}

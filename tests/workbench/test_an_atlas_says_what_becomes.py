@@ -31,7 +31,7 @@ from heyoka_bike.workbench.atlas.data import (
 )
 from heyoka_bike.workbench.atlas.design import ACCURACY, axis, design
 from heyoka_bike.workbench.atlas.fates import fates, repeats
-from heyoka_bike.workbench.atlas.make import changes, chunk, edge, lift_of, make_atlas
+from heyoka_bike.workbench.atlas.make import bisect_boundary, changes, chunk, lift_of, make_atlas
 from heyoka_bike.workbench.atlas.runs import LEAST_TURN, PLANS, SPACING, Runs
 from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
@@ -337,7 +337,7 @@ def test_a_parameter_outside_the_model_is_refused(bicycle):
 @pytest.mark.proof
 def test_the_edge_of_falling_is_where_binary128_has_it(bicycle):
     grid = design(bicycle, [axis("4:5:11", "speed"), axis("2:3:11", "roll_rate")])
-    at, stays, falls = edge(grid, np.array([4.6]), np.array([2.4]), np.array([2.5]))
+    at, stays, falls = bisect_boundary(grid, np.array([4.6]), np.array([2.4]), np.array([2.5]))
     assert at == [4.6]
     assert np.nextafter(stays, 3) == falls
     exact = Fraction("2.46491144053243234304")

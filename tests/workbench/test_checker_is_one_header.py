@@ -11,7 +11,9 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
+from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.showing.wording.grade_text import WORDS
+from heyoka_bike.showing.wording.verdict_text import PHRASES
 from support.export_programs import STRICT, need, run
 
 HEADER = "uncontrolled_bicycle.h"

@@ -9,13 +9,13 @@ import pytest
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.workbench.fast.model_code import rates_code
 from heyoka_bike.workbench.fast.step_code import collocation
-from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, module, turns
+from heyoka_bike.workbench.fast.vector_code import LANES, Code, Loop, function, module, turns
 
 
 def called(source, name, given, count):
     """Return `count` vectors that a function of vectors computes from the given ones."""
     run = function(source, name, None, ctypes.c_void_p, ctypes.c_void_p)
-    given, found = np.ascontiguousarray(given, dtype=float), np.empty((count, POINTS))
+    given, found = np.ascontiguousarray(given, dtype=float), np.empty((count, LANES))
     run(given.ctypes.data, found.ctypes.data)
     return found
 
@@ -27,8 +27,8 @@ def test_sines_and_cosines_are_rounded_once_or_nearly(size):
     y.store(turns(x[0]))
     c.do("ret void")
     source = module(c)
-    angles = size * np.random.default_rng(4).uniform(-1, 1, (40, POINTS))
-    angles[0] = size * np.linspace(-1, 1, POINTS)
+    angles = size * np.random.default_rng(4).uniform(-1, 1, (40, LANES))
+    angles[0] = size * np.linspace(-1, 1, LANES)
     for x in angles:
         sine, cosine = called(source, "turns", x, 2)
         # Two units of roundoff: the last terms of pi/2 and of the polynomials.
@@ -42,8 +42,8 @@ def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
     equations = Equations.binary64(bicycle, is_regular=is_regular)
     random = np.random.default_rng(5)
     states = np.vstack(
-        [random.uniform(-0.4, 0.4, (3, POINTS)), random.uniform(-2, 2, (2, POINTS)),
-         random.uniform(5, 30, (1, POINTS))]
+        [random.uniform(-0.4, 0.4, (3, LANES)), random.uniform(-2, 2, (2, LANES)),
+         random.uniform(5, 30, (1, LANES))]
     )  # fmt: skip
     source = module(rates_code(equations)).replace("internal ", "")
     found = called(source, "rates", states, 6)

@@ -11,7 +11,8 @@ import pytest
 from games.voices import NODE, PageJudge, by_score, compare, disagreements, texts
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.showing.wording import Grade, file_grade
+from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.showing.wording.grade_text import file_grade
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.testing.regression import Score
 

@@ -25,7 +25,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.system.console import progress_bars
-from heyoka_bike.system.jobs import TellStage
+from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.workbench.style import BLACK, BLUE, VERMILLION, WIDTH, style
 
@@ -122,7 +122,7 @@ def bounds(runs: Sequence[Trajectory]) -> list[Bounded]:
         return side_by_side(bounded, [(run,) for run in runs], motions, progress)
 
 
-def bounded(run: Trajectory, report: TellStage) -> Bounded:
+def bounded(run: Trajectory, report: OnStage) -> Bounded:
     """The bound of a candidate, proved, and its true error."""
     certificate = enclosed(run, report)
     return Bounded(

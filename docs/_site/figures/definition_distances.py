@@ -11,7 +11,7 @@ from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.wording import unit_text
+from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.workbench.style import LINES, WIDTH, style
 
 if TYPE_CHECKING:

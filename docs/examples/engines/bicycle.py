@@ -46,7 +46,7 @@ Body = namedtuple("Body", "mass centre velocity axes turning")
 
 UP = np.array([0.0, 0.0, 1.0])
 Z_UP = np.diag([1.0, -1.0, -1.0])
-"""From the axes of the benchmark, z down, to those of the models, and back."""
+"""Rotation from the axes of the benchmark (z down) to those of the models (z up), and back."""
 
 ROWS, SPACING = 1001, 0.01
 
@@ -62,19 +62,19 @@ def rotation(quaternion):
 
 
 def product(p, q):
-    """Product of quaternions: the turn q, then p, both about axes that stay."""
+    """Product of quaternions: the rotation q, then p, both about fixed axes."""
     (a, *u), (b, *v) = p, q
     return np.array([a * b - np.dot(u, v), *(a * np.array(v) + b * np.array(u) + np.cross(u, v))])
 
 
 def cross_matrix(v):
-    """The matrix of the product ``v x``."""
+    """Matrix of the cross product ``v x``."""
     x, y, z = v
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def starts(file):
-    """The table of starts in the comment of a file, as states."""
+    """Read the initial states from the table in the comment of a model file."""
     _, _, table = Path(file).read_text(encoding="ascii").partition("Starts:")
     found = []
     for block in re.split(r"^start_\d+:.*$", table.partition("-->")[0], flags=re.MULTILINE)[1:]:
@@ -84,13 +84,13 @@ def starts(file):
 
 
 def parameter(file, symbol):
-    """A parameter of the bicycle, of those in the comment of a file that are decimals."""
+    """Read a decimal parameter of the bicycle from the comment of a model file."""
     text = Path(file).read_text(encoding="ascii")
     return float(re.search(rf"^  {symbol} = (\S+)", text, flags=re.MULTILINE)[1])
 
 
 def states(file, radius):
-    """The states of ``heyoka-bike check --states`` by their number; `radius` of the rear wheel."""
+    """Read the states of ``heyoka-bike check --states``; `radius` is that of the rear wheel."""
     found = {}
     for row in csv.DictReader(Path(file).read_text(encoding="ascii").splitlines()):
         given = {name.partition(" ")[0]: float(x) for name, x in row.items()}
@@ -113,20 +113,20 @@ def states(file, radius):
 
 
 def heading(axes):
-    """Where a frame heads: across its axle, along the floor."""
+    """Heading of a frame: perpendicular to its axle, along the floor."""
     ahead = np.cross(axes[:, 1], UP)
     return ahead / np.linalg.norm(ahead)
 
 
 def lowest(body, radius):
-    """From the hub of a wheel to its lowest point."""
+    """Vector from the hub of a wheel to its lowest point."""
     axle = body.axes[:, 1]
     down = axle * axle[2] - UP
     return radius * down / np.linalg.norm(down)
 
 
 def lowest_rate(body, radius):
-    """Rate of change of the vector `lowest`: its end is a geometric point, not one of the tyre."""
+    """Rate of the vector `lowest`, whose end is a geometric point and not fixed to the tyre."""
     axle = body.axes[:, 1]
     turned = np.cross(body.turning, axle)
     down, change = axle * axle[2] - UP, turned * axle[2] + axle * turned[2]
@@ -135,7 +135,7 @@ def lowest_rate(body, radius):
 
 
 def velocities(engine, state):
-    """Velocity and angular velocity of each body per velocity of the base and rate: (6, 9) each."""
+    """Jacobian (6, 9) of each body: its velocities per velocity of the base and joint rate."""
     found = {letter: np.zeros((6, 9)) for letter in "BRHF"}
     for i, unit in enumerate(np.eye(9)):
         engine.set(state._replace(velocity=unit[:3], turning=unit[3:6], rates=unit[6:]))
@@ -146,7 +146,7 @@ def velocities(engine, state):
 
 
 def quantities(engine, state):
-    """What an engine finds of a state, by the names of ``states.csv``, in its axes."""
+    """Quantities that an engine computes in a state, with the names and axes of ``states.csv``."""
     per, found = velocities(engine, state), {}
     bodies, radii = engine.bodies(), {"R": engine.radii[0], "F": engine.radii[1]}
     rear, ends = bodies["B"], {"rear": ("B", "R"), "front": ("H", "F")}
@@ -225,7 +225,7 @@ def drifts(bodies, per):
 
 
 def centre_drift(base, per):
-    """The acceleration of the base's centre of mass when its origin has none."""
+    """Acceleration of the base's centre of mass if its origin has none."""
     # The centre's velocity per angular velocity is minus the cross matrix of its arm.
     cross_of_arm = -per["B"][:3, 3:6]
     arm = np.array([cross_of_arm[2, 1], cross_of_arm[0, 2], cross_of_arm[1, 0]])
@@ -294,7 +294,7 @@ def named(found, what, vector):
 
 
 def table(engine, file):
-    """Lines of the table that `check` takes."""
+    """Lines of the table that `check` reads."""
     given = states(file, engine.radii[0])
     heading, *_ = Path(file).read_text(encoding="ascii").splitlines()
     units = dict(name.partition(" ")[::2] for name in heading.split(","))

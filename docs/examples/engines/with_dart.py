@@ -12,9 +12,9 @@ WIDTH = 1e-6
 
 
 def rotation_vector(quaternion):
-    """Axis of a rotation times its angle and a turn.
+    """Axis of a rotation times its angle plus a full turn.
 
-    DART takes the angle for its sine below some 1e-3 rad, and is right a turn further on.
+    Below 1e-3 rad DART replaces the angle by its sine. With a full turn added it is accurate.
     """
     scalar, along = quaternion[0], np.array(quaternion[1:])
     half = np.linalg.norm(along)

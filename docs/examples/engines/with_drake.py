@@ -20,7 +20,7 @@ class Engine:
         self.plant, scene = drake.AddMultibodyPlant(config, builder)
         drake.Parser(self.plant).AddModels(file)
         self.harden(scene)
-        # The gravity of a world is not read; 9.81 m/s^2 is Drake's own.
+        # Drake does not read the gravity of a world; its default is 9.81 m/s^2.
         field = self.plant.mutable_gravity_field()
         self.gravity = parameter(file, "g")
         field.set_gravity_vector(-self.gravity * UP)

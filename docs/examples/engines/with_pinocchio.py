@@ -32,7 +32,7 @@ class Engine:
 
     def set(self, state):
         w, *along = state.attitude
-        # An angle without limits is its cosine and its sine.
+        # In q a joint without limits is its cosine and its sine.
         circles = np.ravel([[np.cos(x), np.sin(x)] for x in state.angles])
         self.q = np.concatenate([state.place, along, [w], circles])
         back = rotation(state.attitude).T
@@ -83,7 +83,7 @@ class Engine:
         )
 
     def accelerations(self, q, v):
-        """With the forces of the floor that keep the lowest points of both wheels at rest."""
+        """Accelerations with the floor's forces, which keep both wheels' lowest points at rest."""
         model, data = self.model, self.data
         bias, mass = pin.nonLinearEffects(model, data, q, v), pin.crba(model, data, q)
         pin.computeJointJacobians(model, data, q)
@@ -110,7 +110,7 @@ class Engine:
             self.q, self.v = self.runge_kutta(self.q, self.v, self.step_size)
 
     def runge_kutta(self, q, v, h):
-        """A step in the chart of the displacements from q: their rates are not the speeds."""
+        """Step in the chart of displacements from q, whose rates differ from the speeds."""
 
         def slope(u, v):
             there = pin.integrate(self.model, q, u)

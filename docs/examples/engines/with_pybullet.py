@@ -47,7 +47,7 @@ class Engine:
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=self.step_size, solverResidualThreshold=0, contactSlop=0
         )  # fmt: skip
-        # Else Bullet takes the inertias of the shapes, and cylinders as polygons of 32 corners.
+        # Without these flags Bullet computes inertias from shapes, and cylinders have 32 corners.
         flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
         self.bike = bullet.loadURDF(str(file), flags=flags, globalScaling=1 / self.unit)
         box = bullet.createVisualShape(
@@ -60,7 +60,7 @@ class Engine:
         names = {bullet.getJointInfo(self.bike, i)[1].decode(): i for i in range(3)}
         self.joints = [names[name] for name in JOINTS]
         self.links = dict(zip("BRHF", [-1, *self.joints], strict=True))
-        # No damping, friction enough, and no motors, which are there by default.
+        # Switch off the default damping and motors, and set a friction that prevents slip.
         for body, link in ((floor, -1), *((self.bike, link) for link in self.links.values())):
             bullet.changeDynamics(
                 body, link, lateralFriction=1, linearDamping=0, angularDamping=0, jointDamping=0,
@@ -75,8 +75,8 @@ class Engine:
         for letter, link in self.links.items():
             moments = np.array(self.info[letter][2]) / self.unit**2
             bullet.changeDynamics(self.bike, link, localInertiaDiagonal=list(moments))
-        # Its base is in the centre of mass of the link B, along principal axes, which are turned
-        # here by NumPy: multiplyTransforms has the digits of binary32.
+        # The base frame is at the centre of mass of the link B, along principal axes. NumPy rotates
+        # it here, because multiplyTransforms has only the digits of binary32.
         self.centre = np.array(self.info["B"][3]) * self.unit
         self.principal = np.roll(self.info["B"][4], 1)
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
@@ -115,7 +115,7 @@ class Engine:
         for letter, joint in zip("RHF", self.joints, strict=True):
             link = bullet.getLinkState(self.bike, joint, True, True)
             centre, velocity, turning = (np.array(link[i]) for i in (0, 6, 7))
-            # That of the link's frame has the digits of binary32.
+            # Use the inertial frame's attitude: that of the link has only the digits of binary32.
             principal = rotation(np.roll(self.info[letter][4], 1))
             axes = rotation(np.roll(link[1], 1)) @ principal.T
             found[letter] = Body(
@@ -153,7 +153,7 @@ class Engine:
         return potential, kinetic
 
     def mass_matrix(self):
-        """Bullet's own has the angular velocity first, and the base's velocities in its axes."""
+        """Reorder Bullet's matrix: its angular velocity is first, in the axes of the base."""
         state = self.state()
         axes = rotation(state.attitude)
         back, own = (axes @ rotation(self.principal)).T, np.eye(9)

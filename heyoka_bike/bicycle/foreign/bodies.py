@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.foreign_bicycle import ForeignBicycle
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
@@ -151,7 +151,7 @@ def downward(gravity: Sequence[Any], element: Element) -> Any:
     return -z
 
 
-def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
+def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> ForeignBicycle:
     """Compute parameters from a base B with the wheel R, and the fork H with the wheel F.
 
     The axes of the bicycle follow from its shape: z is up, the axle of the rear wheel points
@@ -191,7 +191,7 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
             "found a steer axis that leans sideways or is level, expected one that does not"
         )
     foot = pivot[0] + axis[0] / axis[2] * (ground - pivot[2])
-    found = Found()
+    found = ForeignBicycle()
     values = {
         "w": front[0] - rear[0], "c": foot - front[0], "lam": MP.atan2(axis[0], -axis[2]),
         "g": gravity,
@@ -235,7 +235,9 @@ def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Bod
     return rear, base, fork, front
 
 
-def _wheel(letter: str, body: Body, hub: Matrix, axes: Matrix, found: Found) -> dict[str, Any]:
+def _wheel(
+    letter: str, body: Body, hub: Matrix, axes: Matrix, found: ForeignBicycle
+) -> dict[str, Any]:
     centre, i = axes * body.mass.centre, axes * body.mass.inertia * axes.T
     found.notes += _left_out(
         f"the centre of mass of {body.name} is {{}} m off its hub", MP.norm(centre - hub)
@@ -251,7 +253,7 @@ def _wheel(letter: str, body: Body, hub: Matrix, axes: Matrix, found: Found) -> 
 
 
 def _frame(
-    letter: str, body: Body, axes: Matrix, found: Found, origin: Sequence[Any]
+    letter: str, body: Body, axes: Matrix, found: ForeignBicycle, origin: Sequence[Any]
 ) -> dict[str, Any]:
     x, y, z = axes * body.mass.centre - vector(origin)
     i = axes * body.mass.inertia * axes.T

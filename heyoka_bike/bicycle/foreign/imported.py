@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heyoka_bike.bicycle.foreign import model_file, parameter_file
-from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.foreign_bicycle import ForeignBicycle
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, benchmark
 from heyoka_bike.errors import InputError, printable
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
@@ -61,7 +61,9 @@ def import_bicycle(path: str | Path) -> Imported:
     file = Path(path)
     text = _text(file)
     is_xml = text.lstrip().startswith("<")
-    found: Found = (model_file if is_xml else parameter_file).read(text, printable(str(path)))
+    found: ForeignBicycle = (model_file if is_xml else parameter_file).read(
+        text, printable(str(path))
+    )
     try:
         bicycle = benchmark()[0].replace(**found.values)
     except InputError as e:

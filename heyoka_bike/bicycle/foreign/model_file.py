@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.foreign.bodies import (
     unit,
     vector,
 )
-from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.foreign_bicycle import ForeignBicycle
 from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base, radius_of
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element, parse
 
@@ -33,7 +33,7 @@ _GRAVITY = "9.81"
 _NOT_READ = ("default", "include")
 
 
-def read(text: str, file: str) -> Found:
+def read(text: str, file: str) -> ForeignBicycle:
     """Read the parameters of a model.
 
     Raises
@@ -48,7 +48,7 @@ def read(text: str, file: str) -> Found:
     return _READERS[root.tag](root)
 
 
-def _urdf(root: Element) -> Found:
+def _urdf(root: Element) -> ForeignBicycle:
     elements = {link.text("name"): link for link in root.all("link")}
     joints = list(root.all("joint"))
     ends = [(_link_of(x, "parent", elements), _link_of(x, "child", elements)) for x in joints]
@@ -124,7 +124,7 @@ def _urdf_radii(shape: Element) -> Iterator[Any]:
             yield found.numbers("radius", 1)[0]
 
 
-def _mjcf(root: Element) -> Found:
+def _mjcf(root: Element) -> ForeignBicycle:
     compiler, option = root.first("compiler"), root.first("option")
     in_degrees = compiler is None or compiler.attributes.get("angle", "degree") == "degree"
     if compiler is not None and compiler.attributes.get("eulerseq", "xyz") != "xyz":
@@ -216,6 +216,6 @@ def _is_seen_only(geom: Element) -> bool:
     return all(geom.attributes.get(name, "1") == "0" for name in ("contype", "conaffinity"))
 
 
-_READERS: Mapping[str, Callable[[Element], Found]] = {
+_READERS: Mapping[str, Callable[[Element], ForeignBicycle]] = {
     "robot": _urdf, "sdf": sdf_file.read, "mujoco": _mjcf,
 }  # fmt: skip

@@ -5,7 +5,7 @@ Their symbols, units and axes are those of the benchmark.
 
 import re
 
-from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.foreign_bicycle import ForeignBicycle
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.errors import InputError, did_you_mean, quoted
 from heyoka_bike.numbers.exact import Exact
@@ -18,7 +18,7 @@ _SCALED = re.compile(r"\((?P<both>[^()]*)\)(?P<power>[eE][-+]?\d+)")
 _NOT_OF_THE_BICYCLE = ("v",)
 
 
-def read(text: str, file: str) -> Found:
+def read(text: str, file: str) -> ForeignBicycle:
     """Read the parameters of a file.
 
     Raises
@@ -26,7 +26,7 @@ def read(text: str, file: str) -> Found:
     InputError
         A line has another form, or a parameter is missing or occurs twice.
     """
-    found = Found()
+    found = ForeignBicycle()
     lines: dict[str, int] = {}
     for number, whole in enumerate(text.splitlines(), start=1):
         line, _, _ = whole.partition("#")

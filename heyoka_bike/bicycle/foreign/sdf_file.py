@@ -19,7 +19,7 @@ from heyoka_bike.bicycle.foreign.bodies import (
     unit,
     vector,
 )
-from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.foreign_bicycle import ForeignBicycle
 from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base, radius_of
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element
 
@@ -33,7 +33,7 @@ _AXES_OF_MODEL = (1, 5)
 """Before this version, axes of joints are along the axes of the model."""
 
 
-def read(root: Element) -> Found:
+def read(root: Element) -> ForeignBicycle:
     """Return the parameters of the bicycle in a document.
 
     Raises

@@ -50,14 +50,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
 )
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.trajectory import (
-    Certificate,
-    Piece,
-    Stretch,
-    TellTime,
-    Trajectory,
-    row_times,
-)
+from heyoka_bike.motion.trajectory import Certificate, OnTime, Piece, Stretch, Trajectory, row_times
 from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
 from heyoka_bike.numbers.arithmetic import (
     Balls,
@@ -89,12 +82,12 @@ _BITS_OF_COEFFICIENTS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
 
-Near = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
+LocalEvaluator = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
 
 
 def interpolate(
-    near: Near, end: Fraction, balls: Balls, scales: Mapping[str, float],
-    constant: Mapping[str, Value], progress: TellTime = lambda _: None,
+    near: LocalEvaluator, end: Fraction, balls: Balls, scales: Mapping[str, float],
+    constant: Mapping[str, Value], progress: OnTime = lambda _: None,
 ) -> Dense:  # fmt: skip
     """Interpolate columns by Chebyshev pieces from 0 to the end.
 
@@ -151,7 +144,7 @@ def scale_of_dense(rows: Values, name: str) -> float:
 
 
 def _fit(
-    near: Near, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
+    near: LocalEvaluator, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
     a: Fraction, b: Fraction,
 ) -> list[list[flint.arb]]:  # fmt: skip
     """Return coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
@@ -498,7 +491,7 @@ the width of its balls."""
 
 def tabulate_motion(
     run: Trajectory, certificate: Certificate, dense: Dense | None = None,
-    progress: TellTime = lambda _: None,
+    progress: OnTime = lambda _: None,
 ) -> tuple[Values, Dense]:  # fmt: skip
     """Tabulate the whole motion along a certified candidate: rows and dense output.
 
@@ -526,7 +519,7 @@ def tabulate_motion(
 
 
 def round_motion(
-    run: Trajectory, stretches: Sequence[Stretch], progress: TellTime = lambda _: None
+    run: Trajectory, stretches: Sequence[Stretch], progress: OnTime = lambda _: None
 ) -> Values:
     """Return the rows of `MOTION_COLUMNS`, rounded.
 
@@ -537,7 +530,7 @@ def round_motion(
 
 
 def _enclosed(
-    run: Trajectory, stretches: Sequence[Stretch], progress: TellTime
+    run: Trajectory, stretches: Sequence[Stretch], progress: OnTime
 ) -> Iterator[dict[str, flint.arb]]:
     """Yield enclosures of all columns at the rows."""
     balls = NonnegativeRoots(run.evaluation_bits)
@@ -567,15 +560,15 @@ def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
         return nan, nan, nan, False
     enclosed = Enclosure.of(x)
     hi, lo, is_decided = 0.0, 0.0, True
-    if not _is_nothing(enclosed):
+    if not _is_negligible(enclosed):
         nearest = enclosed.binary64()
-        if nearest is not None and _is_nothing(enclosed.minus(nearest)):
+        if nearest is not None and _is_negligible(enclosed.minus(nearest)):
             hi = nearest
         else:
             hi, lo, is_decided = nearest_pair(enclosed)
     return hi, lo, few_bits(distance(enclosed, hi, lo)), is_decided
 
 
-def _is_nothing(x: Enclosure) -> bool:
+def _is_negligible(x: Enclosure) -> bool:
     """Return whether an enclosure contains zero and is negligibly narrow."""
     return x.holds_zero and x.high - x.low <= Fraction(1, 2**_NOTHING_BITS)

@@ -41,7 +41,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.trajectory import Certificate, Piece, TellTime, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, OnTime, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
@@ -62,7 +62,7 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import SIZE
-from heyoka_bike.system.jobs import TellStage
+from heyoka_bike.system.jobs import OnStage
 
 MATRIX_BITS = 128
 
@@ -100,7 +100,7 @@ class Flow:
     y, v
         Coefficients of polynomials in s: Y, and V, which is close to the inverse of Y.
     weights
-        Weights of the state variables in the norm of the three bounds.
+        Thresholds of the state variables in the norm of the three bounds.
     defect
         Bound on Y' - h J Y.
     size_inverse
@@ -208,7 +208,7 @@ _MATRIX_LENGTHS = (40, 64)
 """Orders of Y that are tried."""
 
 
-def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certificate:
+def enclose(trajectory: Trajectory, progress: OnTime | None = None) -> Certificate:
     """Bound the distance of the exact motion from a candidate, over its whole time.
 
     Raises
@@ -232,7 +232,7 @@ def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certifi
     return Certificate(trajectory.states, tuple(bounds), end)
 
 
-def enclosed(trajectory: Trajectory, report: TellStage) -> Certificate:
+def enclosed(trajectory: Trajectory, report: OnStage) -> Certificate:
     """Run `enclose` as a job, whose stage is ``certify``."""
     return enclose(trajectory, lambda t: report("certify", t))
 

@@ -26,7 +26,7 @@ from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import (
     Certificate,
     Evaluator,
-    TellTime,
+    OnTime,
     Trajectory,
     evaluator,
     row_times,
@@ -280,7 +280,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 
 
 def round_rows(
-    run: Trajectory, certificate: Certificate, progress: TellTime = lambda _: None
+    run: Trajectory, certificate: Certificate, progress: OnTime = lambda _: None
 ) -> RoundedRows:
     """Round every entry of the rows.
 
@@ -375,7 +375,7 @@ def distance(x: Enclosure, hi: float, lo: float) -> float:
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: TellTime = lambda _: None, *, is_proof: bool = True,
+    progress: OnTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
     """Return enclosures of every column by row, exact in row 0 and for constants if known.
 

@@ -45,7 +45,7 @@ from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.proof.certificate import kept, relative_bounds
+from heyoka_bike.reference.proof.certificate import drift_entry, relative_bounds
 from heyoka_bike.reference.proof.rows import (
     TEXT_DIGITS,
     constant_columns,
@@ -62,13 +62,21 @@ from heyoka_bike.reference.verification.outcome import (
     Tally,
     Verification,
 )
-from heyoka_bike.system.jobs import TellStage
+from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 
 BITS = 256
 """Precision of evaluations from hi + lo, which have 107 bits: high enough to neglect roundoff."""
 
-STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed", "yaw")
+_STATE_COLUMNS = (
+    "roll_angle",
+    "pitch",
+    "steer_angle",
+    "roll_rate",
+    "steer_rate",
+    "forward_speed",
+    "yaw",
+)
 """Columns from which all others follow, in the order of the state of the regular form."""
 
 _ROLLING = INTEGRALS[:3]
@@ -145,7 +153,9 @@ def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
 
 def _state(x: StoredManeuver, row: int, length: flint.arb) -> list[flint.arb]:
     """Return the state of the regular form in a row, from its columns."""
-    *angles_and_rates, speed, yaw = (stored_ball(x.reference.rows, name, row) for name in STATE)
+    *angles_and_rates, speed, yaw = (
+        stored_ball(x.reference.rows, name, row) for name in _STATE_COLUMNS
+    )
     return [*angles_and_rates, speed / length, yaw]
 
 
@@ -438,7 +448,8 @@ def integration(x: StoredManeuver, tally: Tally) -> None:
     drift = evaluator(x.run).drift()
     # Certificates before 2.0.0 do not state the drift.
     said = x.entry.get("integration", {})
-    _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
+    entry = drift_entry(drift, x.run.bits)
+    _same(tally, x, said, {key: y for key, y in entry.items() if key in said})
     tally.counts(True, "", drift.performance)
 
 
@@ -617,7 +628,7 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
     return Precision.of(digits), Precision.of(more)
 
 
-def agreement(part: StoredManeuver, precision: Precision, report: TellStage) -> Agreement:
+def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Agreement:
     """Integrate a maneuver and compare the result with the published numbers."""
     run = part.run
     start = time.perf_counter()

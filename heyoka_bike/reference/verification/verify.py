@@ -33,7 +33,12 @@ from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_motion, load_reference
-from heyoka_bike.reference.manifest import BESIDE_1_5_0, MANIFEST, PUBLISHED_MANIFESTS, Manifest
+from heyoka_bike.reference.manifest import (
+    MANIFEST,
+    PUBLISHED_MANIFESTS,
+    UNLISTED_FILES_1_5_0,
+    Manifest,
+)
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.verification import numbers, schema
 from heyoka_bike.reference.verification.numbers import run_again
@@ -44,7 +49,7 @@ from heyoka_bike.reference.verification.outcome import (
     Tally,
     Verification,
 )
-from heyoka_bike.system.jobs import TellStage
+from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
@@ -322,7 +327,7 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     return Check("file_list", not problems, MANIFEST, message, evidence)
 
 
-def _look(part: StoredManeuver, _: TellStage) -> list[Tally]:
+def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
     """Make all checks of a maneuver's numbers for which its files suffice."""
     found: list[Tally] = []
     for look, needed, made in CHECKS:
@@ -417,7 +422,7 @@ def check_files(
     if manifest.sha256 == PUBLISHED_MANIFESTS["1.5.0"] and (
         is_published or layout.AFTER_FOLDER in present
     ):
-        expected |= BESIDE_1_5_0
+        expected |= UNLISTED_FILES_1_5_0
     for name, size_and_digest in expected.items():
         check, content = _file(folder, name, *size_and_digest)
         checks.append(check)

@@ -3,6 +3,6 @@
 `explain` finds causes: by what the file's own motion leaves of the exact equations (`residual`),
 and by simulated programs that make the usual mistakes (`mistakes`, `programs`) beside the file
 (`seen_file`), step by step (`search`). It compares them by their odds (`odds`, `ranking`).
-`answers` has what was found (`found`), and asks `numerical` what the error looks like if nothing
-explains it. The sentences are made in `showing.causes`.
+`answers` gives the `conclusions` as evidence, and asks `numerical` what the error looks like if
+nothing explains it.
 """

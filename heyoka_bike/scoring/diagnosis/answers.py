@@ -4,11 +4,9 @@ from collections.abc import Iterator, Sequence
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
-from heyoka_bike.scoring.diagnosis import numerical, plain
+from heyoka_bike.scoring.diagnosis import numerical, visible_faults
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
-from heyoka_bike.scoring.diagnosis.energies import of_contact
-from heyoka_bike.scoring.diagnosis.explain import Diagnosis
-from heyoka_bike.scoring.diagnosis.found import (
+from heyoka_bike.scoring.diagnosis.conclusions import (
     Direction,
     Explained,
     ForceUnexplained,
@@ -22,12 +20,14 @@ from heyoka_bike.scoring.diagnosis.found import (
     TorqueLaw,
     UnitsBeside,
 )
+from heyoka_bike.scoring.diagnosis.energies import of_contact
+from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, SmoothError, TooFar
@@ -44,7 +44,7 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
 # In which columns a start is written.
-_COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
+_COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE_KEYS, strict=True)}
 
 
 _STIFFEST = 3.0
@@ -58,14 +58,14 @@ def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
 
 
 def answers(
-    diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
+    diagnosis: Diagnosis, report: Report, first: Sequence[visible_faults.VisibleFault]
 ) -> tuple[Evidence, ...]:
     """What explains the file, or what its error looks like if nothing does.
 
     `first` is what was seen at once.
     """
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
-    if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
+    if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED_CODE,):
         return (_linear(diagnosis.classes[0][0]), *units)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
@@ -73,7 +73,7 @@ def answers(
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
-            for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.few], 1)
+            for rank, hypotheses in enumerate(diagnosis.classes[: THRESHOLDS.max_answers], 1)
         )
         return (*others, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):
@@ -87,13 +87,13 @@ def answers(
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
-    times = plain.other_times(report)
+    times = visible_faults.other_times(report)
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
-    whole = plain.columns_apart(report) or (integrator if is_integrator else None)
+    whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.
@@ -171,7 +171,7 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
     if causes.best is None and causes.law is not None:
         yield TorqueLaw(causes.law)
         return
-    is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
+    is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
     yield ForceUnexplained(_left(causes), is_beside, is_end)
 
 
@@ -209,13 +209,13 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
         return ()
     relief = causes.relief(h.mistakes)
     near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
-    return tuple(x for x in near if not x.parts & h.parts)[: WEIGHTS.refined]
+    return tuple(x for x in near if not x.parts & h.parts)[: THRESHOLDS.refined]
 
 
 def _by_relief(causes: Residual) -> list[Hypothesis]:
     """Plausible causes that explain a part of the residual of the equations, the best first."""
     every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
-    return sorted((x for x in every if x.relief > WEIGHTS.explains), key=lambda x: -x.relief)
+    return sorted((x for x in every if x.relief > THRESHOLDS.explains), key=lambda x: -x.relief)
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
@@ -224,10 +224,10 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
         return None
     relief = causes.relief(h.mistakes)
     where = max(causes.shares, key=causes.shares.__getitem__)
-    return (where, causes.shares[where], relief) if relief > WEIGHTS.explains else None
+    return (where, causes.shares[where], relief) if relief > THRESHOLDS.explains else None
 
 
-def _written_as_given(x: Found, report: Report) -> str:
+def _written_as_given(x: FittedValue, report: Report) -> str:
     """Name the column whose first row has the start that is given, not the one that is fitted."""
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
@@ -242,5 +242,5 @@ def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
     m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    closest = _by_relief(seen)[: WEIGHTS.refined] if seen is not None and seen.visibility else ()
+    closest = _by_relief(seen)[: THRESHOLDS.refined] if seen is not None and seen.visibility else ()
     return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, tuple(closest))

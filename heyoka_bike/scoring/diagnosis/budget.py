@@ -25,7 +25,7 @@ from types import TracebackType
 
 from heyoka_bike.errors import InputError, printable
 
-SECONDS = 20.0
+DEFAULT_BUDGET = 20.0
 """Processor time that a diagnosis takes at most, unless it is told [s]."""
 
 
@@ -149,7 +149,7 @@ class Budget:
         It is no such number.
     """
 
-    seconds: float = SECONDS
+    seconds: float = DEFAULT_BUDGET
     clock: Callable[[], float] = time.process_time
     is_thorough: bool = False
 

@@ -3,12 +3,11 @@
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
@@ -20,11 +19,11 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
     # A method that is run has no value that is fitted: rows tell its step.
     is_mistake = any(
-        m.kind not in ("output", "method") and m.code != LINEARISED for m in h.mistakes
+        m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
-    least = BY_FAR**h.count if is_hidden else WEIGHTS.explains
+    least = BY_FAR**h.count if is_hidden else THRESHOLDS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
@@ -48,7 +47,7 @@ def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
 
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
     """True if no single cause that is tried later could take its place."""
-    return h.leaves_nothing or explains_mostly(h, residual)
+    return h.is_exhaustive or explains_mostly(h, residual)
 
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
@@ -60,7 +59,7 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
     return {
         k: x
         for k, x in h.after.items()
-        if x > max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * h.floors.get(k, 0.0))
+        if x > max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * h.floors.get(k, 0.0))
         and (has_energy or not k[1].endswith("_energy"))
     }
 
@@ -91,5 +90,5 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # Columns of roll and steer of one motion may be off by parts of their scales that differ, too.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
-    is_alone = bool(others) and above[worst] > times * max(*others, WEIGHTS.nothing)
+    is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

@@ -10,15 +10,15 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import mostly_zeros
 from heyoka_bike.scoring.diagnosis.budget import (
-    SECONDS,
+    DEFAULT_BUDGET,
     USUAL,
     Budget,
     BudgetSpentError,
     Deadline,
     Watch,
 )
+from heyoka_bike.scoring.diagnosis.conclusions import NothingWrong
 from heyoka_bike.scoring.diagnosis.explain import FEWEST_ROWS
-from heyoka_bike.scoring.diagnosis.found import NothingWrong
 from heyoka_bike.scoring.diagnosis.pursue import Answer, pursue
 from heyoka_bike.scoring.evidence.as_compared import RowsOutside, TimesInLargerUnit
 from heyoka_bike.scoring.evidence.as_read import TimesRepeated
@@ -40,7 +40,7 @@ def diagnose(
     *,
     maneuver: int | None = None,
     columns: str | Sequence[str] | None = None,
-    budget: float = SECONDS,
+    budget: float = DEFAULT_BUDGET,
     thorough: bool = False,
     **named: Any,
 ) -> Report:
@@ -92,8 +92,6 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    from heyoka_bike.showing import causes
-
     deadline = budget.begun()
     watch = Watch(deadline)
     distinct = _at_distinct_times(report, reference)
@@ -113,11 +111,11 @@ def diagnosed(
         said = (odd, *said)
     explanation = None
     if found.cause is not None and found.curves:
-        explanation = Explanation(causes.finding(found.cause).message, found.curves)
+        explanation = Explanation(found.cause.message(), found.curves)
     return replace(
         report,
         seen=(*found.report.seen, *stopped),
-        diagnosis=tuple(map(causes.finding, (*said, *stopped))),
+        diagnosis=tuple(x.finding() for x in (*said, *stopped)),
         explanation=explanation,
     )
 
@@ -158,7 +156,7 @@ def _is_of_times(seen: Evidence) -> bool:
 
 
 def diagnosed_elsewhere(
-    report: Report, reference: Reference, budget: Budget, told: jobs.TellStage
+    report: Report, reference: Reference, budget: Budget, told: jobs.OnStage
 ) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
     return diagnosed(report, reference, lambda share: told("diagnose", share), budget)

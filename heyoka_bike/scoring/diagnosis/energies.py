@@ -12,14 +12,14 @@ from fractions import Fraction
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.evidence.error_shape import (
     ContactYields,
     EnergyKept,
     EnergyTrend,
     EnergyVaries,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -67,7 +67,7 @@ class _Energy:
     @property
     def trend(self) -> float:
         """The change over the run if it is steady, in parts of the energy; otherwise 0."""
-        if not self.is_seen or len(self.change) < 2 * FEWEST_TELLING_ROWS:
+        if not self.is_seen or len(self.change) < 2 * MIN_ROWS_FOR_SHAPE:
             return 0.0
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
         change = float(means[-1] - means[0])
@@ -75,7 +75,7 @@ class _Energy:
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
         # A steady change has at most half of its size in one tenth of the run.
-        if float(np.max(np.abs(np.diff(means)))) > HALF * abs(change):
+        if float(np.max(np.abs(np.diff(means)))) > MEANINGLESS_ERROR * abs(change):
             return 0.0
         return change / self.size
 
@@ -86,7 +86,7 @@ class _Energy:
         limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
         end = float(self.time[moving[-1]]) if len(moving) else float(self.time[0])
-        return end if end < HALF * float(self.time[-1]) else None
+        return end if end < MEANINGLESS_ERROR * float(self.time[-1]) else None
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:

@@ -16,7 +16,7 @@ from functools import partial
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import understand
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.claims import ends_search
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
@@ -25,7 +25,7 @@ from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
-from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 
@@ -36,7 +36,7 @@ FEWEST_ROWS = 3
 
 # Of the work, by putting the file's motion into the equations.
 _SHARE_OF_EQUATIONS = 0.3
-_MOTION = followed.Step("motion", "what does the file's motion leave of the equations?")
+_MOTION = step_log.Step("motion", "what does the file's motion leave of the equations?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,7 +61,7 @@ class Diagnosis:
         False if the time was spent before all was tried.
     likeliest : Hypothesis or None
         Where `classes` are empty only for that, the best until then.
-    ends_at_a_force
+    stops_at_unknown_force
         True if two mistakes at once, and other starts, were not tried: the equations leave a force
         of which no cause explains anything.
     edit : ColumnRatio or None
@@ -76,7 +76,7 @@ class Diagnosis:
     units: Mapping[str, str] = field(default_factory=dict)
     is_whole: bool = True
     likeliest: Hypothesis | None = None
-    ends_at_a_force: bool = False
+    stops_at_unknown_force: bool = False
     edit: ColumnRatio | None = None
 
 
@@ -96,8 +96,8 @@ def explain(
         return Diagnosis((), 0)
     library = () if only_output else OF_MODEL
     try:
-        with followed.taken(_MOTION) as told:
-            file = SeenFile(
+        with step_log.logged(_MOTION) as told:
+            file = FileUnderTest(
                 parts, reference, simulator or Simulator(), library, deadline, asks_for_edit
             )
             told.found = partial(_left_of_equations, file.residual)
@@ -119,8 +119,8 @@ def explain(
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
-        ended = is_whole and not only_output and search.ends_at_a_force
-        return Diagnosis((), tried, residual, is_whole=is_whole, ends_at_a_force=ended)
+        ended = is_whole and not only_output and search.stops_at_unknown_force
+        return Diagnosis((), tried, residual, is_whole=is_whole, stops_at_unknown_force=ended)
     best, usual = classes[0][0], file.right.understood
     if not (is_whole or ends_search(best, residual)):
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, fall, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
     from heyoka_bike.scoring.definitions import Understandings
-    from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
+    from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
 
 
 KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
@@ -34,7 +34,7 @@ of the initial conditions: the logarithm of how many of them there are."""
 
 def log_odds_before(mistakes: Collection[Cause]) -> float:
     """Logarithm of the odds for some mistakes against none, before the file is looked at."""
-    w, cost = WEIGHTS, 0.0
+    w, cost = THRESHOLDS, 0.0
     for m in mistakes:
         one = OF_START if m.kind == "start" else UNKNOWN
         cost += (w.fitted + one) * m.fitted if m.fitted else KNOWN
@@ -79,7 +79,7 @@ class Hypothesis:
         return tuple(m.code for m in self.mistakes)
 
     @property
-    def found(self) -> tuple[Found, ...]:
+    def found(self) -> tuple[FittedValue, ...]:
         """Values that were found in the file, if it is explained by nothing else."""
         each = [m.found for m in self.mistakes]
         return tuple(x for found in each for x in found) if all(each) else ()
@@ -115,7 +115,7 @@ class Hypothesis:
             return float("-inf")
         # Few rows have fewer independent values: the first is given, one tells the error's size.
         rows = [len(next(iter(columns.values()))) - 2 for columns in self.expected]
-        share = min(1.0, max(rows, default=1000) / WEIGHTS.values)
+        share = min(1.0, max(rows, default=1000) / THRESHOLDS.values)
         seen = share * log_ratio(self.before, self.after, self.changed)
         return seen + log_odds_before(self.mistakes)
 
@@ -129,7 +129,8 @@ class Hypothesis:
                 self.after[k] < AS_GOOD * max(self.before[k], floor, self.floors.get(k, 0.0))
                 for k in self.before
             )
-            and sum(x > HALF for x in self.after.values()) <= WEIGHTS.strange * len(self.after)
+            and sum(x > MEANINGLESS_ERROR for x in self.after.values())
+            <= THRESHOLDS.max_far_off * len(self.after)
         )
 
     @property
@@ -146,20 +147,20 @@ class Hypothesis:
         if worst is not None and others[worst] > TOLERANCE and self.relief < BY_FAR:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
-        limit = CLEARLY * max(lateral, WEIGHTS.nothing)
+        limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
         # ... or was much less so, whatever else is wrong.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:
-            is_large = self.after[k] > max(limit, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            is_large = self.after[k] > max(limit, MAX_ROUNDING_FLOORS * self.floors.get(k, 0.0))
             if k[1] not in LATERAL and is_large and self.before[k] < BY_FAR * self.after[k]:
                 return k
         return None
 
     @property
-    def leaves_nothing(self) -> bool:
+    def is_exhaustive(self) -> bool:
         """True if no other cause could explain more."""
         return bool(self.after) and all(
-            x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            x <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * self.floors.get(k, 0.0))
             for k, x in self.after.items()
         )

@@ -29,7 +29,7 @@ from heyoka_bike.scoring.diagnosis.programs.integrators import (
     steps_made,
 )
 from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
 from heyoka_bike.scoring.grades import TOLERANCE
@@ -60,7 +60,7 @@ class Run:
     Attributes
     ----------
     simulator : Simulator
-    motion : AskedMotion
+    motion : MotionRequest
         The right one, at the rows that are compared.
     spacing
         Of the file's rows [s].
@@ -73,7 +73,7 @@ class Run:
     """
 
     simulator: Simulator
-    motion: AskedMotion
+    motion: MotionRequest
     spacing: float
     errors: Columns
     sizes: Mapping[str, float]

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
     BeginsAs,
@@ -25,7 +25,7 @@ from heyoka_bike.scoring.evidence.error_shape import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.noise import FEWEST_ROWS, Roughness, roughness
@@ -55,7 +55,7 @@ class _Rough(NamedTuple):
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
     columns = [(c.error, m, c) for m in report.maneuvers for c in m.columns]
-    far = [error > HALF for error, _, c in columns if c.values]
+    far = [error > MEANINGLESS_ERROR for error, _, c in columns if c.values]
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
     worst, m, c = max(columns, key=lambda x: x[0])
@@ -68,12 +68,12 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     # Single precision was seen to leave 1e-5 of a run with steps of 0.01 s, 9e-5 with 0.001 s.
     if single is not None and worst < TOLERANCE:
         return (single,)
-    if max(m.rows for m in report.maneuvers) < FEWEST_TELLING_ROWS:
+    if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
         return (TooFewRows(),)
     there = report.by_column()
-    missing = tuple(key for key in STATE if key not in there)
+    missing = tuple(key for key in STATE_KEYS if key not in there)
     # What is left below this part needs no cause.
-    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
         # A multistep method that changes its order jumps, too, and iterates as it should.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
@@ -103,7 +103,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.shape.at_one < HALF and r.part > _SMALLEST_TOLD
+        if r is not None and r.shape.at_one < MEANINGLESS_ERROR and r.part > _SMALLEST_TOLD
     }
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}

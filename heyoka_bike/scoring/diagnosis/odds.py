@@ -27,8 +27,8 @@ TINY = 1e-16
 
 
 @dataclass(frozen=True, slots=True)
-class Weights:
-    """Constants of the diagnosis, each with the experiment that gave it.
+class Thresholds:
+    """Thresholds, limits and prior odds of the diagnosis, each with its experiment.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Weights:
         30.
     further
         The same against there being a further cause.
-    said
+    report_log_odds
         Logarithm of the odds from which a cause is said, and from which two are told apart.
-    refuted
+    drop_log_odds
         ... and from which one is not even said to be less likely.
     explains
         By so much the error must fall: what leaves more is a direction, no explanation.
@@ -52,18 +52,18 @@ class Weights:
         By so much it must fall for a direction to be named: of a fork 1 cm to the side the term to
         first order leaves a hundredth; of tyres 2 cm wide, which no force explains, the best one
         leaves an eighth.
-    strange
+    max_far_off
         What leaves more than this part of the columns off by half their scale explains no file.
-    nothing
+    negligible_error
         What is left below this part needs no other cause.
-    few
+    max_answers
         Causes, or classes of them that cannot be told apart, that are worth a sentence; single
         causes that are tried with others by whole runs; and values that are found together.
-    some
+    max_pairs
         Pairs of mistakes of the library that are simulated, and mistakes of the start: one that is
         made comes far nearer to the file's own start, but for what follows within the first rows.
         Of values that are found, so many are refined, half as many pairs, and a third of triples.
-    many
+    max_simulated
         Mistakes of the library that are simulated where the equations do not speak against them.
     refined
         Fitted values that the equations speak for, and that are found by whole runs.
@@ -71,13 +71,13 @@ class Weights:
         Causes that are tried together: of each one with each of the library in the equations, and
         of the very best by whole runs where the file does not show its motion; and sets of unknowns
         that are tried with one more.
-    also
+    min_pair_gain
         Two mistakes that explain so many times more than each of them are compared: whole runs
         tell more of a small one beside a large one.
     promise
         To first order a large change explains little: this power of its relief is hoped for, of
         accelerations, and of whole runs, whose first quarter counts by itself.
-    above
+    force_ratio
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
         solves for the rates), in those of engines that slip and yield up to 662.
@@ -91,25 +91,25 @@ class Weights:
     values: float = 6.0
     fitted: float = 10.8
     further: float = log(100.0)
-    said: float = log(1000.0)
-    refuted: float = log(1e9)
+    report_log_odds: float = log(1000.0)
+    drop_log_odds: float = log(1e9)
     explains: float = 5.0
     nearly: float = 30.0
-    strange: float = 0.25
-    nothing: float = 1e-8
-    few: int = 3
-    some: int = 6
-    many: int = 20
+    max_far_off: float = 0.25
+    negligible_error: float = 1e-8
+    max_answers: int = 3
+    max_pairs: int = 6
+    max_simulated: int = 20
     refined: int = 2
     rivals: int = 12
-    also: float = 1.05
+    min_pair_gain: float = 1.05
     promise: tuple[float, float] = (4.0, 2.0)
-    above: float = 1000.0
+    force_ratio: float = 1000.0
     shows: tuple[float, float] = (30.0, 1e-5)
     sure: float = 3.0
 
 
-WEIGHTS = Weights()
+THRESHOLDS = Thresholds()
 
 
 def log_ratio(
@@ -119,7 +119,7 @@ def log_ratio(
     found = 0.0
     for number in {n for n, _ in places}:
         found += fall(one, other, [k for k in places if k[0] == number])
-    return WEIGHTS.values * found
+    return THRESHOLDS.values * found
 
 
 def fall(

@@ -14,11 +14,10 @@ from functools import partial
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis import followed, plain
+from heyoka_bike.scoring.diagnosis import step_log, visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
-from heyoka_bike.scoring.diagnosis.explain import explain
-from heyoka_bike.scoring.diagnosis.found import (
+from heyoka_bike.scoring.diagnosis.conclusions import (
     Explained,
     IntegratedBy,
     LinearMotion,
@@ -26,6 +25,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingToDiagnose,
     NothingWrong,
 )
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.sources import SOURCES
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
@@ -42,7 +42,7 @@ from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.columns import without_ratio
+from heyoka_bike.scoring.rows.column_faults import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored
 
@@ -167,7 +167,7 @@ class Pursuit:
             found = replace(found, is_whole=found.is_whole and other.is_whole)
         if any(isinstance(x, NothingToDiagnose) for x in found.seen):
             return found
-        more = plain.beside(report, unknown)
+        more = visible_faults.faults_in_other_columns(report, unknown)
         if any(isinstance(x, NothingWrong) for x in found.seen):
             # Report wrong columns before those that are right.
             return replace(found, seen=(*more, _right(report, keys)))
@@ -186,14 +186,14 @@ class Pursuit:
         asked = replace(report, maneuvers=maneuvers)
         if is_right(asked):
             return Answer(report, (NothingWrong(),))
-        at_once = plain.shown(asked)
-        if plain.are_departures(at_once, asked):
+        at_once = visible_faults.shown(asked)
+        if visible_faults.are_departures(at_once, asked):
             # Mistakes of the model or of the initial conditions would show from the start.
             return Answer(report, at_once)
-        asked, elsewhere = _wrong_alone(asked)
+        asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the others are written wrongly.
-        only_output = only_output or plain.columns_apart(asked) is not None
+        only_output = only_output or visible_faults.columns_apart(asked) is not None
         found = explain(
             parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
             progress=self.progress, deadline=self.deadline,
@@ -244,7 +244,7 @@ def pursue(
 def _end_of(pursuit: Pursuit) -> Answer:
     """Ask all sources, and at last search among the motions of programs."""
     for source in SOURCES:
-        with followed.taken(source) as told:
+        with step_log.logged(source) as told:
             undone = source.look(pursuit.view)
             if undone is not None:
                 told.found = partial("; ".join, map(str, undone.seen))
@@ -266,7 +266,7 @@ def _is_mistake(seen: Evidence) -> bool:
 
 
 def _leaves_nothing(seen: Evidence) -> bool:
-    return isinstance(seen, Explained) and seen.hypotheses[0].leaves_nothing
+    return isinstance(seen, Explained) and seen.hypotheses[0].is_exhaustive
 
 
 def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
@@ -277,7 +277,7 @@ def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
     return NothingWrong(() if len(told) == len(every) else told, signs)
 
 
-def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
+def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | None]:
     """Return the report without its right maneuvers if others are far worse, and the evidence.
 
     A wrong model would be wrong in all maneuvers.

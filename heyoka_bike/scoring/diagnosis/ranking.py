@@ -5,31 +5,31 @@ from math import log
 
 from heyoka_bike.scoring.diagnosis.claims import explains, left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
+from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.ratios import CLEARLY
 
 
 def ranked(
-    file: SeenFile, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
+    file: FileUnderTest, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
 ) -> tuple[tuple[Hypothesis, ...], ...]:
     """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
     all_of_them = (*_likelier(file, found), *starts)
-    worth = [h for h in all_of_them if h.is_possible and h.log_odds > WEIGHTS.said]
+    worth = [h for h in all_of_them if h.is_possible and h.log_odds > THRESHOLDS.report_log_odds]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
-        key=lambda h: WEIGHTS.values * count * log(h.gain) + log_odds_before(h.mistakes),
+        key=lambda h: THRESHOLDS.values * count * log(h.gain) + log_odds_before(h.mistakes),
         reverse=True,
     )
     classes: list[list[Hypothesis]] = []
     for h in worth:
         if classes and (
-            file.log_odds(classes[0][0], h) > WEIGHTS.refuted
+            file.log_odds(classes[0][0], h) > THRESHOLDS.drop_log_odds
             # The best with something more says nothing more.
             or classes[0][0].parts < h.parts
         ):
             continue
-        if classes and file.log_odds(classes[-1][0], h) < WEIGHTS.said:
+        if classes and file.log_odds(classes[-1][0], h) < THRESHOLDS.report_log_odds:
             classes[-1].append(h)
         else:
             classes.append([h])
@@ -42,16 +42,17 @@ def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
     return {h.codes[0]: h for h in found if len(h.mistakes) == 1}
 
 
-def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _likelier(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Single mistakes, and pairs that are likelier than each of their mistakes alone."""
     alone = singles_by_code(found)
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
         # If the pair leaves an error, there is a further cause: each of the two must explain much.
-        least = 1.0 if h.leaves_nothing or left_over(h, file.residual) is None else CLEARLY
+        least = 1.0 if h.is_exhaustive or left_over(h, file.residual) is None else CLEARLY
         return all(
-            file.log_odds(h, one) > WEIGHTS.said and h.gain > least * one.gain for one in each
+            file.log_odds(h, one) > THRESHOLDS.report_log_odds and h.gain > least * one.gain
+            for one in each
         )
 
     pairs = [h for h in found if len(h.mistakes) > 1]

@@ -12,15 +12,14 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -39,7 +38,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     Visibility,
     shows_equations,
 )
-from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
@@ -53,7 +52,7 @@ Causes = tuple[Cause, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Trial(followed.Step):
+class Trial(step_log.Step):
     """A step that tries causes.
 
     Attributes
@@ -77,7 +76,7 @@ class Search:
 
     Attributes
     ----------
-    file : SeenFile
+    file : FileUnderTest
     found : list of Hypothesis
         Single causes and pairs of them, in the order in which they were tried.
     starts : list of Hypothesis
@@ -86,7 +85,7 @@ class Search:
         True to look on where the equations leave a force that no cause explains.
     """
 
-    file: SeenFile
+    file: FileUnderTest
     found: list[Hypothesis] = field(default_factory=list)
     starts: list[Hypothesis] = field(default_factory=list)
     is_thorough: bool = False
@@ -113,7 +112,7 @@ class Search:
         return max(likely, key=lambda h: h.log_odds, default=None)
 
     @property
-    def ends_at_a_force(self) -> bool:
+    def stops_at_unknown_force(self) -> bool:
         """True if the equations leave a force, nothing explains any of it, and that is said."""
         seen = self.residual
         is_left = seen is not None and shows_equations(seen) and seen.is_open
@@ -128,7 +127,7 @@ class Search:
         """
         error = max(self.file.right.after.values(), default=1.0)
         is_near = has_right_digits(error) and not self.is_thorough
-        return is_near or self.ends_at_a_force
+        return is_near or self.stops_at_unknown_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
@@ -141,14 +140,14 @@ class Search:
         for i, step in enumerate(steps):
             if step.is_asked(self):
                 kept = self.starts if step.is_of_start else self.found
-                with followed.taken(step) as told:
+                with step_log.logged(step) as told:
                     told.found = partial(self._in_words, self.file.tried)
                     kept.extend(step.tried(self))
             progress((i + 1) / len(steps))
 
     def _in_words(self, before: int) -> str:
         """How many were tried since so many had been, and what is the likeliest now."""
-        return f"{self.file.tried - before} tried; {followed.in_words(self.best)}"
+        return f"{self.file.tried - before} tried; {step_log.in_words(self.best)}"
 
 
 def _is_open(search: Search) -> bool:
@@ -164,7 +163,7 @@ def _goes_on(search: Search) -> bool:
 def _may_be_an_integrator(search: Search) -> bool:
     """True if nothing explains the error, which is small, and no force is left."""
     seen, file = search.residual, search.file
-    is_small = max(file.right.after.values(), default=1.0) < HALF
+    is_small = max(file.right.after.values(), default=1.0) < MEANINGLESS_ERROR
     has_force = seen is not None and (seen.is_open or seen.visibility is Visibility.NOTHING)
     return is_small and not has_force and not any(explains_mostly(h, seen) for h in search.found)
 
@@ -182,11 +181,13 @@ def _by_equations(search: Search) -> Iterator[Hypothesis]:
         yield h
     yield from _values(search.file, search.residual)
     best = max(found, key=lambda h: h.log_odds, default=None)
-    if best is not None and ends_search(best, search.residual) and not best.leaves_nothing:
+    if best is not None and ends_search(best, search.residual) and not best.is_exhaustive:
         yield from _beside_known(search.file, search.residual, best)
 
 
-def _beside_known(file: SeenFile, residual: Residual, best: Hypothesis) -> Iterator[Hypothesis]:
+def _beside_known(
+    file: FileUnderTest, residual: Residual, best: Hypothesis
+) -> Iterator[Hypothesis]:
     """Values that leave as little of the equations as a mistake of the library that leaves some.
 
     Whole runs tell which of them it is: an axial inertia as small as the diametral one is nearly a
@@ -214,7 +215,7 @@ def _only_written(search: Search) -> Iterable[Hypothesis]:
     return search.file.judged((m,) for m in _written(search.file))
 
 
-def _written(file: SeenFile) -> list[Mistake]:
+def _written(file: FileUnderTest) -> list[Mistake]:
     """Mistakes of what is written by a program that is right."""
     return [*file.of_kind("output"), *file.order_beside(file.right)]
 
@@ -268,29 +269,33 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
 
     Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
     """
-    w, likeliest = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
-    least = residual.log_odds - w.refuted
+    w, likeliest = THRESHOLDS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - w.drop_log_odds
     singles = [h for h in likeliest if len(h.mistakes) == 1]
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # What changes next to nothing of the equations is neither shown by them nor refuted.
-    relief = 1.0 / w.also if residual.is_resolved else 0.0
-    most = w.some if residual.visibility is Visibility.NOTHING else w.many
+    relief = 1.0 / w.min_pair_gain if residual.is_resolved else 0.0
+    most = w.max_pairs if residual.visibility is Visibility.NOTHING else w.max_simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.many]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.max_simulated]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
-    return [h.mistakes for h in (*likely, *pairs[: w.some])], [h.mistakes for h in others]
+    return [h.mistakes for h in (*likely, *pairs[: w.max_pairs])], [h.mistakes for h in others]
 
 
-def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
+def _values(file: FileUnderTest, residual: Residual) -> Iterator[Hypothesis]:
     """Values of parameters and forces that the equations speak for, as whole runs show them."""
-    least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
-    likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
+    least = max(residual.log_odds - THRESHOLDS.drop_log_odds, 0.0)
+    likely = [h for h in residual.fitted if h.log_odds > least][: THRESHOLDS.refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
         # A likely value with a small relief is kept too: rows far apart show less than whole runs.
-        likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
+        likely = [
+            h
+            for h in likely
+            if h.relief > THRESHOLDS.explains or h.log_odds > THRESHOLDS.report_log_odds
+        ]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
         yield from file.judged(h.mistakes for h in likely)
@@ -301,11 +306,11 @@ def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
         yield from _fitted(file, names, [h.mistakes[0] for h in likely])
 
 
-def _names_of_starts(file: SeenFile) -> list[str]:
+def _names_of_starts(file: FileUnderTest) -> list[str]:
     return [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
 
 
-def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothesis]:
+def _of_whole_runs(file: FileUnderTest, counts: Collection[int]) -> Iterator[Hypothesis]:
     """So many values of parameters, forces and starts that whole runs speak for.
 
     And mistakes of these.
@@ -326,7 +331,7 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
 
 
 def _fitted(
-    file: SeenFile,
+    file: FileUnderTest,
     names: Sequence[str],
     begun: Sequence[Cause] = (),
     maneuver: int | None = None,
@@ -340,13 +345,13 @@ def _fitted(
         names,
         lambda m: file.judged([(m,)]),
         # Each of several values lets the error fall by far.
-        lambda h: h.leaves_nothing or h.relief > BY_FAR**2,
+        lambda h: h.is_exhaustive or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
         counts=counts,
     )
 
 
-def _starts(file: SeenFile) -> list[Mistake]:
+def _starts(file: FileUnderTest) -> list[Mistake]:
     """Mistakes of the start that may be; all of them where the file does not show its start."""
     every = len(file.right.expected)
     seen = file.residual
@@ -355,7 +360,7 @@ def _starts(file: SeenFile) -> list[Mistake]:
     return seen.starts_nearby(file.of_kind("start"))
 
 
-def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
+def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
     """Pairs of mistakes that are worth a simulation.
 
     The best single ones are tried with those of the output, the very best with those of the start;
@@ -366,13 +371,15 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
         (h for h in alone.values() if h.gain > 1.0 and h.mistakes[0].kind in KINDS),
         key=lambda h: -h.log_odds,
     )
-    leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
-    leaders = leaders[: WEIGHTS.few]
+    leaders = [
+        h for h in likeliest if h.log_odds > likeliest[0].log_odds - THRESHOLDS.drop_log_odds
+    ]
+    leaders = leaders[: THRESHOLDS.max_answers]
     if file.has_one_speed:
         # What linear programs have in common.
-        leaders += [h for h in likeliest if h.codes == (LINEARISED,) and h not in leaders]
+        leaders += [h for h in likeliest if h.codes == (LINEARISED_CODE,) and h not in leaders]
     asked: list[Causes] = []
-    for leader in [] if any(h.leaves_nothing for h in found) else leaders:
+    for leader in [] if any(h.is_exhaustive for h in found) else leaders:
         (first,) = leader.mistakes
         others: list[Cause] = [*file.of_kind("output"), *file.order_beside(leader)]
         if leader is likeliest[0]:
@@ -380,7 +387,7 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
         elif not shows_equations(file.residual):
-            others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
+            others += [h.mistakes[0] for h in likeliest[: THRESHOLDS.rivals]]
         asked += _with_others(first, others)
     return asked
 
@@ -391,7 +398,7 @@ def _with_others(first: Cause, others: Iterable[Cause]) -> list[Causes]:
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
 
-def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
+def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
     """Starts that whole runs speak for: that of each maneuver must be likely by itself.
 
     They begin where the file's own rows lead back to.
@@ -406,7 +413,8 @@ def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
         found += [
             h
             for h in values
-            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < HALF
+            if h.log_odds > THRESHOLDS.report_log_odds
+            and max(h.after[k] for k in h.changed) < MEANINGLESS_ERROR
         ][:1]
     return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 

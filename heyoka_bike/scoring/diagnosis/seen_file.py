@@ -12,28 +12,28 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, ROWS_COMPARED, Part, are_even, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
-from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
+from heyoka_bike.scoring.diagnosis.programs.linear_motion import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
-from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
+from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE_KEYS, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.rows.edits import Columns
@@ -49,7 +49,7 @@ _BEGINNING = 1.0
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _PROGRAMS_AT_ONCE = 32
 
-_EDITED = followed.Step("edited", "which zero or ratio of a column is beside a wrong value?")
+_EDITED = step_log.Step("edited", "which zero or ratio of a column is beside a wrong value?")
 
 Expected = Sequence[Columns]
 """Of each part, columns by name at the rows that are compared."""
@@ -81,7 +81,7 @@ class _SeenPart:
         self.compared = rows[self.pick]
         self.names = [name for name in _NAMES_OF_COLUMNS if name in part.reference.at_any_time]
         there = [key for key, values in part.values.items() if np.isfinite(values).any()]
-        self.of_motion = [key for key in there if key in STATE] or there
+        self.of_motion = [key for key in there if key in STATE_KEYS] or there
 
     def right(self) -> Columns:
         """Columns of the right motion."""
@@ -96,14 +96,14 @@ class _SeenPart:
         columns = program.written(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
 
-    def motion(self, program: Program, rows: Array) -> AskedMotion:
+    def motion(self, program: Program, rows: Array) -> MotionRequest:
         """Return the motion of a program at the times of some rows [s]."""
         start = beginning(program, self.part.number)
         meant = program.clock(rows, self.step)
-        return AskedMotion(program.motion.bicycle, start, meant, dict(program.motion.amounts))
+        return MotionRequest(program.motion.bicycle, start, meant, dict(program.motion.amounts))
 
 
-class SeenFile:
+class FileUnderTest:
     """The file, its rows that count, and the correct motion.
 
     Attributes
@@ -195,12 +195,12 @@ class SeenFile:
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
-        if any(len(part.time) < FEWEST_TELLING_ROWS for part in parts):
+        if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
             # A file that begins later has no beginning.
             parts = [p.part for p in self._parts]
-        begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
+        begun = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.many]
+        kept = sorted(known, key=lambda h: -h.gain)[: THRESHOLDS.max_simulated]
         self.tried += begun.tried - len(kept)
         return [h.mistakes for h in kept]
 
@@ -256,8 +256,8 @@ class SeenFile:
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
         # As `claims.explains` has it.
-        needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
-        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
+        needed = THRESHOLDS.explains if shows_equations(self.residual) else BY_FAR
+        return Fits(self.program, leaves, floors, len(parts), THRESHOLDS.promise[1], split, needed)
 
     def _leaves_much(self, residual: Residual) -> bool:
         """True if a wrong file shows the equations, and nothing explains their residual."""
@@ -410,7 +410,7 @@ class SeenFile:
                 if best.visibility and not best.is_open and is_enough:
                     break
         if best is not None and self._asks_for_edit and self._leaves_much(best):
-            with followed.taken(_EDITED) as told:
+            with step_log.logged(_EDITED) as told:
                 self.edit = self.edited()
                 told.found = partial(str, self.edit)
             if self.edit is not None:
@@ -514,7 +514,7 @@ class SeenFile:
         for p, columns in zip(self._parts, expected, strict=True):
             there = np.any([np.isfinite(v[p.compared]) for v in p.part.values.values()], axis=0)
             reached = np.isfinite(columns["roll_angle"][there])
-            if there.any() and np.mean(reached) < HALF:
+            if there.any() and np.mean(reached) < MEANINGLESS_ERROR:
                 return False
         return True
 

@@ -1,18 +1,18 @@
 """The looks at the rows that a diagnosis takes, in this order, before anything is simulated.
 
 To add one, write a function in a module of `scoring.rows` that returns what it sees and the rows
-with that undone. Add a line here, and the sentence of its evidence in `showing.sayings`.
+with that undone. Add a line here, and the class of its evidence in `scoring.evidence`.
 """
 
 from dataclasses import dataclass
 
-from heyoka_bike.scoring.diagnosis.followed import Step
-from heyoka_bike.scoring.rows.columns import bounded, deviating_columns, single_rows
+from heyoka_bike.scoring.diagnosis.step_log import Step
+from heyoka_bike.scoring.rows.column_faults import bounded, deviating_columns, single_rows
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
-from heyoka_bike.scoring.rows.table import Look
-from heyoka_bike.scoring.rows.times import (
+from heyoka_bike.scoring.rows.table import RowCheck
+from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
     late_rows,
     one_clock,
@@ -30,7 +30,7 @@ class Source(Step):
     look : callable
     """
 
-    look: Look
+    look: RowCheck
 
 
 SOURCES = (

@@ -35,13 +35,13 @@ class NotCompared(Evidence):
     reason : Reason
     columns : tuple of LostColumn
         A column of unknown name has the key of the quantity whose name resembles its own.
-    how_to_tell
+    columns_hint
         Words on the option that names the columns.
     """
 
     reason: Reason
     columns: tuple[LostColumn, ...]
-    how_to_tell: str = ""
+    columns_hint: str = ""
 
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
@@ -57,7 +57,7 @@ class NotCompared(Evidence):
                 "known_columns_left_out",
                 f"Columns that are known by name are left out: {quoted_names(names)}. A number in "
                 "a name is that of a maneuver only if the other names have one, and if the "
-                f"reference has that maneuver; {self.how_to_tell}.",
+                f"reference has that maneuver; {self.columns_hint}.",
                 **evidence,
             )
         if self.reason == Reason.CONTRADICTS:
@@ -81,7 +81,7 @@ class NotCompared(Evidence):
             return warning(
                 "columns_not_understood",
                 f"{quoted_names(names)} {were} not understood; did you mean {named(keys)}? "
-                f"{self.how_to_tell[:1].upper()}{self.how_to_tell[1:]}.",
+                f"{self.columns_hint[:1].upper()}{self.columns_hint[1:]}.",
                 **evidence,
                 columns=keys,
             )

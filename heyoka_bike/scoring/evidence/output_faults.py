@@ -366,6 +366,34 @@ class OtherColumn(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class OtherManeuver(Evidence):
+    """The columns of a maneuver hold the values of another maneuver.
+
+    Attributes
+    ----------
+    maneuver
+        Number under which the values are written.
+    of_maneuver
+        Number of the maneuver whose values they are.
+    """
+
+    maneuver: int
+    of_maneuver: int
+
+    code = "other_maneuver"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"Maneuver {self.maneuver} has the values of maneuver {self.of_maneuver}. Check the "
+            "initial speed and roll rate of each maneuver, and the order in which they are written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuver": self.maneuver, "of_maneuver": self.of_maneuver}
+
+
+@dataclass(frozen=True, slots=True)
 class UnsignedColumn(Evidence):
     """A column holds the right values without their signs, in some maneuvers.
 

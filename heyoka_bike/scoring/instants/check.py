@@ -37,7 +37,7 @@ from heyoka_bike.scoring.reading.source import read_columns
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.system.resources import find_input
 
-STATE = "state"
+STATE_COLUMN = "state"
 """Name of the column of the states' numbers."""
 
 _IN_BRACKETS = re.compile(r"(.*?)[\s/]*[\[(]([^\])]*)[\])]\s*")
@@ -114,7 +114,7 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
         key, unit = meaning
         if key in values:
             raise InputError(f"found a second column of {key} ({quoted(name)})", file=path)
-        size = 1.0 if key == STATE else _factor(name, key, unit, si, path)
+        size = 1.0 if key == STATE_COLUMN else _factor(name, key, unit, si, path)
         is_finite = np.isfinite(column.values)
         values[key] = np.where(is_finite, column.values * size, np.nan)
         # Half a step either way.
@@ -126,8 +126,8 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
 def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTable:
     if not table.rows:
         raise InputError("found no rows, expected one for each state", file=table.path)
-    if STATE in table.values:
-        numbers = table.values[STATE]
+    if STATE_COLUMN in table.values:
+        numbers = table.values[STATE_COLUMN]
         for i, x in enumerate(numbers):
             if not (x == np.rint(x) and 1 <= x <= len(states)):
                 shown = f"{x:.15g}" if np.isfinite(x) else "no number"
@@ -135,11 +135,11 @@ def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTabl
         return replace(table, numbers=numbers.astype(int))
     missing = [key for key in COORDINATES if key not in table.values]
     if missing:
-        hints = (did_you_mean(name, (STATE, *COORDINATES)) for name in table.left_out)
+        hints = (did_you_mean(name, (STATE_COLUMN, *COORDINATES)) for name in table.left_out)
         hint = next(filter(None, hints), "")
         raise InputError(
-            f"found no column {quoted(STATE)} and no {', '.join(missing)}, expected the numbers of "
-            f"states, or states of your own by {', '.join(COORDINATES)}{hint}",
+            f"found no column {quoted(STATE_COLUMN)} and no {', '.join(missing)}, expected the "
+            f"numbers of states, or states of your own by {', '.join(COORDINATES)}{hint}",
             file=table.path,
         )
     for key in COORDINATES:
@@ -154,12 +154,12 @@ def _meaning(name: str) -> tuple[str, str | None] | None:
     match = _IN_BRACKETS.fullmatch(name)
     stem, unit = (match[1], match[2]) if match else (name, None)
     plain = _BREAKS_IN_NAMES.sub("_", stem.strip().strip("\"'")).lower()
-    keys = {key.lower(): key for key in (STATE, *UNITS)}
+    keys = {key.lower(): key for key in (STATE_COLUMN, *UNITS)}
     if plain in keys:
         return keys[plain], unit
     # MATLAB's names have no brackets: the longest key that leaves a unit.
     for key in sorted(keys, key=len, reverse=True):
-        if plain.startswith(f"{key}_") and key != STATE:
+        if plain.startswith(f"{key}_") and key != STATE_COLUMN:
             ending = plain[len(key) + 1 :].replace("_per_", "/").replace("_", " ")
             for text in (ending, "/".join(ending.split())):
                 if factor(text, UNITS[keys[key]]) is not None:
@@ -185,7 +185,7 @@ def _factor(name: str, key: str, unit: str | None, si: bool, path: str) -> float
     return float(size)
 
 
-def of_own(
+def quantities_of_states(
     bicycle: Bicycle, given: Mapping[str, Array], *, is_linear: bool = True
 ) -> dict[str, Array]:
     """Quantities of states by name, in binary64.
@@ -230,12 +230,12 @@ def binary64_states(bicycle: Bicycle, given: Mapping[str, Array]) -> tuple[Equat
     ]  # fmt: skip
 
 
-TOLERANCE = 1e-9
+STATE_TOLERANCE = 1e-9
 """Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the
 equations here, and of none a hundred times that; a wrong digit of any parameter is more."""
 
 # Any parameter that acts on it explains one wrong value; the same one in many rows is no more.
-_EVIDENCE = 2
+_MIN_WRONG_VALUES = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
 
@@ -244,7 +244,11 @@ _Quantities = Mapping[str, Array]
 
 @with_usual_errors
 def check(
-    source: Any, *, bicycle: Bicycle | None = None, tolerance: float = TOLERANCE, si: bool = False
+    source: Any,
+    *,
+    bicycle: Bicycle | None = None,
+    tolerance: float = STATE_TOLERANCE,
+    si: bool = False,
 ) -> CheckedTable:
     """Compare what a program computes at single instants with what it is, before it integrates.
 
@@ -309,7 +313,7 @@ def check(
         for key in names
         for x in expected[key][_is_wrong(table, key, expected[key], tolerance)[0]]
     }
-    if len(told) < _EVIDENCE:
+    if len(told) < _MIN_WRONG_VALUES:
         return found
     given = {key: expected[key] for key in (*COORDINATES, *WHERE) if key in expected}
     values = {key: table.values[key] for key in names}
@@ -318,7 +322,7 @@ def check(
 
 def _of_own(bicycle: Bicycle, table: InstantTable) -> dict[str, Array]:
     given = {key: x for key, x in table.values.items() if key in (*COORDINATES, *WHERE)}
-    expected = {**given, **of_own(bicycle, given)}
+    expected = {**given, **quantities_of_states(bicycle, given)}
     off = np.flatnonzero(~(np.abs(expected["height"]) < _ON_THE_FLOOR))
     if len(off):
         i = int(off[0])
@@ -411,7 +415,7 @@ def _explanations(
         moved = replace(x, rational=x.rational + Fraction(change))
         # Not checked: what mistaken programs compute with need not make sense.
         mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
-        return of_own(mistaken, given, is_linear=is_linear)
+        return quantities_of_states(mistaken, given, is_linear=is_linear)
 
     def apart(one: _Quantities, other: _Quantities) -> Array:
         # Where the table has no number, nothing is to be explained.

@@ -1,6 +1,6 @@
-"""What the numbers of a report show, as evidence: each rule is a function of the report.
+"""Rules that derive evidence from the numbers of a report: each rule is a function of the report.
 
-A module answers one question, which its first lines state.
+Each module answers one question, which its docstring states.
 """
 
 from collections.abc import Callable, Iterable
@@ -9,6 +9,7 @@ from dataclasses import replace
 from heyoka_bike.scoring.evidence.as_compared import OtherOrder
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
+from heyoka_bike.scoring.judge.contradicted_units import headings_contradicted
 from heyoka_bike.scoring.judge.conventions import conventions, each_convention
 from heyoka_bike.scoring.judge.coverage import covered_in_part
 from heyoka_bike.scoring.judge.energy_alone import errors_hidden
@@ -18,7 +19,6 @@ from heyoka_bike.scoring.judge.precision import digits_written, single_precision
 from heyoka_bike.scoring.judge.rates import rates_contradicted
 from heyoka_bike.scoring.judge.signs import odd_signs
 from heyoka_bike.scoring.judge.time_shift import time_shifted
-from heyoka_bike.scoring.judge.units import headings_contradicted
 from heyoka_bike.scoring.judge.unread import names_not_understood
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
@@ -38,12 +38,12 @@ RULES: tuple[Callable[[Report], Iterable[Evidence]], ...] = (
     digits_written,
     single_precision,
 )
-"""In the order in which their evidence is told."""
+"""The rules, in the order in which their evidence is reported."""
 
 
 def judged(report: Report) -> Report:
-    """A report with what its numbers show, by every rule."""
-    # Of columns that are others than they are taken for nothing else can be said.
+    """Add the evidence of every rule to a report."""
+    # If columns are exchanged, the other rules would judge the wrong quantities.
     is_moved = any(isinstance(x, OtherOrder) for x in report.seen)
     rules = (names_not_understood,) if is_moved else RULES
     found = tuple(evidence for rule in rules for evidence in rule(report))

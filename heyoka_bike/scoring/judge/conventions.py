@@ -1,8 +1,8 @@
-"""Conventions: how the columns of a file are read, which is no error.
+"""Conventions: interpretations of a file's columns that differ from the default without error.
 
 The benchmark prescribes neither axes nor units nor the zero of the energy, and does not define roll
-angle, roll rate and forward speed. What a file has instead of the default is told in one sentence,
-and column by column with the errors that each choice leaves.
+angle, roll rate and forward speed. A file's differences from the default are reported in one
+sentence, and for each column with the errors that remain under each choice.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from heyoka_bike.scoring.scores import Alternative, ColumnScore, also_open, odds
 
 
 def conventions(report: Report) -> Iterator[Conventions]:
-    """All conventions of a file together; nothing if they are those by default."""
+    """Yield all conventions of a file together; nothing if all are the default."""
     columns = {key: places[0][1] for key, places in report.by_column().items()}
-    # Signs that may be errors are no convention.
+    # Signs that may be errors are no conventions.
     contradicted = {key for odd in odd_signs(report) for key in odd.keys}
     turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
     taken = {key: c.as_understood for key, c in columns.items()}
@@ -39,7 +39,7 @@ def conventions(report: Report) -> Iterator[Conventions]:
 
 
 def each_convention(report: Report) -> Iterator[Convention]:
-    """Column by column, with the errors that each choice leaves."""
+    """Yield each column's convention, with the errors that remain under each choice."""
     for key, places in report.by_column().items():
         columns = [c for _, c in places]
         taken, written = columns[0].as_understood, columns[0].as_written

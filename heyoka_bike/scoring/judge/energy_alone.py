@@ -1,4 +1,4 @@
-"""The energy alone: eq. (1) may be met by a motion that is visibly wrong."""
+"""Energy alone: a motion that is visibly wrong may meet eq. (1)."""
 
 from collections.abc import Iterator
 
@@ -7,12 +7,12 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import claim
 
 VISIBLE = 1e-2
-"""Of the scale: an error that is seen in a plot; the benchmark's measure may miss it."""
+"""Error, in scales, that is visible in a plot, although eq. (1) may miss it."""
 
 
 def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
-    """Maneuvers within the limit of eq. (1), although something else of them is visibly wrong."""
-    # A maneuver that is not judged is held against the limit of one that is.
+    """Yield maneuvers that meet the limit of eq. (1), although a column is visibly wrong."""
+    # Maneuvers that the benchmark does not judge are compared with the limit of one that it does.
     limits = [m.performance_limit for m in report.maneuvers if m.performance_limit is not None]
     hidden = {}
     for m in report.maneuvers:
@@ -22,7 +22,7 @@ def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
         wrong = {c.key: c.error for c in m.columns if c.is_known and not c.is_hidden}
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)
-        # Where the energy itself is wrong, it shows the error, but eq. (1) does not ask for it.
+        # If the energy is visibly wrong itself, it does not hide the error.
         if worst > VISIBLE and wrong.get("mechanical_energy", 0.0) < VISIBLE:
             hidden[m.maneuver] = worst, key, m.performance
     if hidden:

@@ -1,4 +1,4 @@
-"""The sum of the energies: whether potential plus kinetic energy is the mechanical energy."""
+"""Sum of the energies: whether potential plus kinetic energy equals the mechanical energy."""
 
 from collections.abc import Iterator, Mapping
 
@@ -6,20 +6,20 @@ import numpy as np
 
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.scoring.evidence.contradictions import EnergySum
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
-from heyoka_bike.scoring.measures import FEW
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS
+from heyoka_bike.scoring.measures import MAX_EXACT_VALUES
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
 
 def energies_apart(report: Report) -> Iterator[EnergySum]:
-    """Energies that do not add up, by more than rounding explains."""
+    """Yield maneuvers whose energies do not add up, by more than rounding explains."""
     apart = {
         m.maneuver: (c.energy_sum, c.energy_sum_floor)
         for m in report.maneuvers
         if (c := m.consistency).energy_sum is not None
         and c.energy_sum_floor is not None
-        and c.energy_sum > FLOORS_OF_ROUNDING * c.energy_sum_floor
+        and c.energy_sum > MAX_ROUNDING_FLOORS * c.energy_sum_floor
     }
     if apart:
         yield EnergySum(tuple(apart), *max(apart.values()))
@@ -28,13 +28,13 @@ def energies_apart(report: Report) -> Iterator[EnergySum]:
 def energy_sum(
     columns: Mapping[str, ColumnScore], *, has_rest: bool
 ) -> tuple[float | None, float | None]:
-    """Largest difference of the sum, and what rounding explains of it [J]."""
+    """Return the largest error of the sum, and the part of it that rounding explains [J]."""
     keys = ("potential_energy", "kinetic_energy", "mechanical_energy")
     if not all(key in columns for key in keys):
         return None, None
     traces = [columns[key].trace for key in keys]
     if has_rest:
-        # Values of more digits than binary64: the reference adds up, so their errors have to.
+        # Values beyond binary64: the reference's energies add up, so the errors must, too.
         difference = traces[0].error + traces[1].error - traces[2].error
     else:
         total, rest = two_sum(traces[0].value, traces[1].value)
@@ -42,10 +42,10 @@ def energy_sum(
     floors = [columns[key].floor for key in keys]
     floor = None if None in floors else float(sum(f for f in floors if f is not None))
     if has_rest and floor is not None:
-        # The reference itself is known to 1e-31 of its scale, see the dense bounds.
+        # The reference itself is accurate to 1e-31 of its scale, see the dense bounds.
         floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
-        # Errors are known to binary64, those of very many rows to 1e-15 of the scale.
+        # Errors are accurate to binary64, or to 1e-15 of the scale for more than `FEW` values.
         floor += sum(1e-15 * float(np.max(np.abs(t.error))) for t in traces)
-        if len(traces[0].time) * len(columns) > FEW:
+        if len(traces[0].time) * len(columns) > MAX_EXACT_VALUES:
             floor += sum(2e-15 * float(np.max(np.abs(t.value))) for t in traces)
     return float(np.max(np.abs(difference))), floor

@@ -1,11 +1,11 @@
-"""Definitions of a program's own: columns that mean something that is not known here.
+"""Unknown definitions: columns with a definition of the program's own.
 
-A column that means something that is not known here is far worse than all others of a right motion.
-A wrong model or a rough integrator moves all columns. Where the columns with one meaning only have
-many digits, and one with several meanings has few, the motion is right and the meaning is not among
-those known. That is said instead of looking for a cause. Roll and steer move together, and the
-speed and the energies with their squares only: these may be right beside a motion that is not, so
-that one of the former must be right.
+In a right motion, a column with an unknown definition has far larger errors than all others. A
+wrong model or a rough integrator changes all columns. If the columns with only one definition have
+many correct digits, and a column with several definitions has few, the motion is right and the
+column has an unknown definition. This is reported instead of a cause. Speed and energies vary only
+with the squares of roll and steer and may be right in a wrong motion, so at least one column of
+roll or steer must be right.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 FAR_WORSE = BY_FAR * CLEARLY
-"""Columns of one motion are wrong by parts of their scales that differ by up to 100 (the steer rate
-follows the fastest mode, the energies hardly move): one that is worse by more means another
-thing."""
+"""In a wrong motion, the errors of columns, in scales, differ by a factor of up to 100: the steer
+rate follows the fastest mode, and the energies hardly vary. A column whose error is larger by this
+factor has another definition."""
 
 
 def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
-    """Columns whose definition is not known, of a motion that is right."""
+    """Yield columns with an unknown definition in a right motion."""
     known = [c for m in report.maneuvers for c in m.columns if c.is_known]
     for key, places in report.by_column().items():
         columns = [c for _, c in places]
@@ -46,11 +46,11 @@ def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
 
 
 Size = Callable[[ColumnScore], float]
-"""Of the error of a column, in parts of the column."""
+"""A function that returns the error of a column relative to the size of the column."""
 
 
 def typical(c: ColumnScore) -> float:
-    """Median error over the size of the column: a few bad rows are no other meaning."""
+    """Return the median error over the rms of the column, which a few bad rows hardly change."""
     size = rms(c.trace.reference) or 1.0
     return float(median(np.abs(c.trace.error))) / size
 
@@ -58,15 +58,15 @@ def typical(c: ColumnScore) -> float:
 def far_worse(
     m: ManeuverScore, keys: Collection[str], size: Size = typical
 ) -> tuple[frozenset[str], float]:
-    """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
+    """Return the columns among `keys` with far larger errors than all others, in a right motion.
 
-    A column of roll and steer shows that; or the potential energy, which wrong angles would make
-    wrong by their square.
+    A right column of roll or steer shows that the motion is right. The potential energy shows it,
+    too, because its error is the square of the error of the angles.
 
     Returns
     -------
     keys : frozenset of str
-        The most of them that are; empty if none is.
+        The largest set of such columns; empty if there are none.
     limit : float
         Largest error of the other columns, in scales.
     """
@@ -85,9 +85,9 @@ def far_worse(
 
 
 def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
-    """True if a potential energy is right by far more than the square of an error of angles.
+    """True if the error of the potential energy is far below the square of an error of angles.
 
-    In parts of what it varies by, as the angles are of their size.
+    The error of the energy is relative to its variation, the error of the angles to their size.
     """
     heights = [c for c in others if c.key == "potential_energy" and np.ptp(c.trace.reference)]
     return any(
@@ -97,7 +97,7 @@ def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
 
 
 def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE, size: Size = typical) -> bool:
-    """True if a column is so many times worse than a limit, and than its digits allow."""
+    """True if the error exceeds `times` the limit, and rounding does not explain it."""
     return size(c) > times * limit and not c.is_hidden
 
 

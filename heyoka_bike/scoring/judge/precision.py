@@ -1,7 +1,7 @@
-"""Precision: numbers of single precision, and errors that are those of the digits written.
+"""Precision: single precision numbers, and errors that come from few digits.
 
-Numbers may be of single precision: written as such, or computed with on the way. Rounding to 24
-bits leaves noise of a known size, which jumps from row to row.
+A program may write its numbers in single precision, or compute with them. Rounding to 24 bits
+causes noise of a known size, which jumps from row to row.
 """
 
 from collections.abc import Iterator
@@ -17,19 +17,18 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
 _BITS_OF_SINGLE = 24
-# Rows that are looked at.
 _ROWS_LOOKED_AT = 4000
-# Rounding to 24 bits leaves 1.7e-8 to 3.4e-8 of a value, root mean square; a value that is computed
-# from some rounded ones, a few times that.
+# Relative noise of single precision, least and most. Rounding to 24 bits causes 1.7e-8 to 3.4e-8
+# (root mean square); computing a value from several rounded ones causes a few times as much.
 _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
-# The noise is said of a file if that many of its columns have it.
+# Fraction of the columns that must have the noise for it to be reported.
 _PART_OF_COLUMNS = 2 / 3
 
 
 def single_precision(report: Report) -> Iterator[SinglePrecision]:
-    """Say that a file was written or computed in single precision, though with more digits."""
+    """Report that a file was written or computed in single precision, despite more digits."""
     every = [(m.part, c) for m in report.maneuvers for c in m.columns]
-    # A constant is a number of any precision.
+    # Constant columns do not show the precision.
     telling = [(p, c) for p, c in every if c.values >= FEWEST_ROWS and np.ptp(c.trace.value)]
     single = {c.key for part, c in telling if _is_single(part, c)}
     others = {c.key for _, c in telling} - single
@@ -42,7 +41,7 @@ def single_precision(report: Report) -> Iterator[SinglePrecision]:
 
 
 def _is_single(part: Part, c: ColumnScore) -> bool:
-    """True if a column holds numbers of single precision, and more digits than these have."""
+    """True if a column contains single precision numbers, written with more digits than needed."""
     quantum = part.quantum.get(c.key)
     if quantum is None or quantum.base != 2:
         return False
@@ -50,26 +49,26 @@ def _is_single(part: Part, c: ColumnScore) -> bool:
 
 
 def _has_its_noise(c: ColumnScore) -> bool:
-    """True if the error is noise of the size that rounding to 24 bits leaves.
+    """True if the error is noise of the size that rounding to 24 bits causes.
 
-    Where so few digits are written that their rounding is as large, it says nothing.
+    False if the digits written are so few that their rounding is as large as the noise.
     """
     if not c.max_abs_error or c.is_hidden:
         return False
     found = roughness(c.trace.error[:_ROWS_LOOKED_AT])
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
-    # The largest rounding of the digits written: noise of that size may be theirs.
+    # Rounding to the digits written may cause noise up to the floor.
     if found.size <= (c.floor or 0.0) or not size:
         return False
     return found.is_white and _NOISE_OF_SINGLE[0] < found.size / size < _NOISE_OF_SINGLE[1]
 
 
-# Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
+# Fewer digits than those of binary64 are reported if they limit the score.
 _DIGITS_OF_BINARY64 = 15
 
 
 def digits_written(report: Report) -> Iterator[FewDigits]:
-    """Where not the program but the digits it wrote limit the score, if not for their precision."""
+    """Report the columns whose errors come from few decimal digits, not from single precision."""
     digits = report.file.significant_digits
     if digits is None or digits >= _DIGITS_OF_BINARY64:
         return

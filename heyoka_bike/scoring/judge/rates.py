@@ -1,7 +1,8 @@
-"""Rates: whether a rate is the derivative of its own angle, however far both are from the exact.
+"""Rates: whether a rate is the derivative of the file's angle, whatever the errors of both.
 
-The reference's own rate and angle agree, so it is enough to look at the errors, which are small and
-smooth: over a step, the increase of the angle's error should be the integral of the rate's error.
+The reference's rate is the derivative of its angle, so comparing the errors suffices. They are
+small and smooth: over a step, the increase of the angle's error should be the integral of the
+rate's error.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,7 +13,7 @@ from heyoka_bike.bicycle.columns import DERIVATIVES
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.contradictions import RateContradiction
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD
 from heyoka_bike.scoring.recognition import FASTEST_MODE
@@ -23,7 +24,7 @@ RATES = ("roll_rate", "steer_rate")
 
 
 def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
-    """Rates that are visibly not those of their own angles."""
+    """Yield rates that visibly differ from the derivatives of the file's angles."""
     for key in RATES:
         off = {
             m.maneuver: x
@@ -39,14 +40,11 @@ def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
 def from_derivative(
     reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
 ) -> tuple[float | None, bool]:
-    """Difference of a rate from the derivative of its angle over a step, rms [rad/s].
+    """Return the rms difference of a rate from the derivative of its angle, and if it is wrong.
 
-    Returned with whether the rate is to blame: the difference is more than rounding and much more
-    than what the angle's own error amounts to.
-
-    The reference's own rate and angle agree, so it is enough to look at the errors, which are
-    small and smooth: over a step, the increase of the angle's error should be the integral of the
-    rate's error, taken by the trapezoidal rule.
+    The difference [rad/s] is None if the file does not show it. The rate is wrong if the difference
+    is larger than rounding, and at least twice as large as the derivative of the angle's error. The
+    integral over a step is taken by the trapezoidal rule.
     """
     if key not in columns:
         return None, False
@@ -58,10 +56,10 @@ def from_derivative(
     t = rate.trace.time
     step = np.diff(t)
     usual = float(median(step)) if len(step) else 0.0
-    # Rows farther apart do not show the derivative.
+    # Rows that are far apart do not show the derivative.
     if not 0.0 < usual <= FASTEST_MODE:
         return None, False
-    # Repeated times and event steps have no step to speak of.
+    # Leave out repeated times and the tiny steps at events.
     near = (step > usual / 10) & (step <= FASTEST_MODE)
     if not near.any():
         return None, False
@@ -74,18 +72,18 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    # An error of the integrator moves both alike, differences of a good angle do not.
-    return found, found > max(FLOORS_OF_ROUNDING * rounding, AS_GOOD * rms(slope))
+    # An integrator's error changes rate and angle alike; finite differences as a rate do not.
+    return found, found > max(MAX_ROUNDING_FLOORS * rounding, AS_GOOD * rms(slope))
 
 
 def _distance_left_open(
     reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
 ) -> float:
-    """Return the distance of the rates that the two columns may honestly mean, rms [rad/s]."""
+    """Return the rms difference between the definitions possible for the rate [rad/s]."""
     names = {c.definition: c.name for c in reference.definitions[rate.key]}
     angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)
-    # A set may have an angle and not its rate.
+    # A dataset may contain an angle without its rate.
     meant += [d for (_, d), of in DERIVATIVES.items() if of in angles and d in names]
     own = names[rate.as_understood.definition]
     rows = reference.approximate(reference.time, [own, *(names[d] for d in meant)])

@@ -1,13 +1,13 @@
-"""Signs: whether some choice of axes and senses gives those of a file.
+"""Signs: whether a choice of axes and senses explains the signs of a file's columns.
 
-The task: each column has the sign 1 or -1 against the reference. A program chooses its axes and
-senses freely: ground axes and those of each frame, which way lean and steer are positive, whether a
-force is that on one body or on the other. Each choice turns round all columns that it is about, and
-the sign of a column is the product of its choices. Whether some choices give the signs of a file is
-a linear system over the integers modulo 2.
+Each column has the sign 1 or -1 relative to the reference. A program chooses its axes and senses
+freely: the ground axes and the axes of each frame, the direction in which lean and steer are
+positive, and the body on which a force acts. Each choice flips certain columns, and the sign of a
+column is the product of its choices. Whether there are choices that give the signs of a file is a
+linear system over the integers modulo 2.
 
-A set of columns whose signs no choice gives is a `SignContradiction`: one of them is turned round.
-Signs that only unusual axes give are `SensesOpposed`.
+A set of columns whose signs no choice explains is a `SignContradiction`: one of them is flipped by
+mistake. Signs that only unusual axes explain are `SensesOpposed`.
 """
 
 from __future__ import annotations
@@ -43,14 +43,15 @@ def _choices() -> dict[str, frozenset[str]]:
         for i, row in enumerate("xyz", 1):
             for j, axis in enumerate("xyz", 1):
                 found[f"{end}_frame_r{i}{j}"] = axes[axis] ^ {_GROUND[row]}
-            # q and -q are the same turn. With all axes turned round by d, its vector is det(d) d q.
+            # q and -q are the same rotation. If the axes are flipped by a diagonal matrix d, the
+            # vector part of q becomes det(d) d q.
             others = set(_GROUND.values()) - {_GROUND[row]}
             found[f"{end}_frame_q{i}"] = {f"{end} -q", *others}
             found[f"{end}_frame_omega_{row}"] = axes[row] ^ {"sense"}
             found[f"{end}_axle_force_{row}"] = axes[row] ^ {f"{end} action"}
             found[f"{end}_axle_moment_{row}"] = axes[row] ^ {f"{end} action", "sense"}
         found[f"{end}_frame_q0"] = {f"{end} -q"}
-        # The rate is that of the angle, but for the pitch.
+        # The rate is the derivative of the angle, apart from the pitch.
         found[f"{end}_wheel_angle"] = found[f"{end}_wheel_omega_y"] = {"rolling"}
         found[f"{end}_normal_force"] = {"up", "floor action"}
         found[f"{end}_longitudinal_force"] = {"along", "floor action"}
@@ -65,11 +66,11 @@ def _choices() -> dict[str, frozenset[str]]:
 
 
 CHOICES: Mapping[str, frozenset[str]] = _choices()
-"""By key of a column, the choices that turn it round; a column that is not here has one sign."""
+"""The choices that flip each column, by key; a column without an entry has only one sign."""
 
 
 def odd_signs(report: Report) -> Iterator[SignContradiction | SensesOpposed]:
-    """Signs that contradict each other, and senses that are likely to be an error."""
+    """Yield signs that contradict each other, and senses that are probably an error."""
     signs = {
         key: places[0][1].as_understood.sign
         for key, places in report.by_column().items()
@@ -82,7 +83,10 @@ def odd_signs(report: Report) -> Iterator[SignContradiction | SensesOpposed]:
 
 
 def _has_sign(places: Sequence[Place]) -> bool:
-    """True if most values are nearer to the reference than they would be with another sign."""
+    """True if most values resemble the reference enough to show a sign.
+
+    Errors must be below half the distance between the reference and its negative.
+    """
     for _, c in places:
         some = spread(len(c.trace.time), MOST_SAMPLED)
         if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
@@ -91,43 +95,44 @@ def _has_sign(places: Sequence[Place]) -> bool:
 
 
 def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
-    """Sets of columns whose signs no choice of axes and senses gives.
+    """Return sets of columns whose signs no choice of axes and senses explains.
 
     Parameters
     ----------
     signs
-        1 or -1 of each column against the reference, by key.
+        Sign of each column relative to the reference, 1 or -1, by key.
 
     Returns
     -------
     list of tuple of str
-        Disjoint; empty if the file agrees with itself. The entries of one quaternion or matrix are
-        told before they are held against other columns.
+        Disjoint sets; empty if the signs are consistent. The entries of a quaternion or a matrix
+        are compared with each other first, then with other columns.
     """
     families = grouped((key.rstrip("0123"), key) for key in signs)
     attitudes = (keys for family, keys in families.items() if family not in keys)
     found = [tuple(keys) for keys in attitudes if _impossible(keys, signs)]
-    told = {key for keys in found for key in keys}
-    return found + _impossible([key for key in signs if key not in told], signs)
+    contradicted = {key for keys in found for key in keys}
+    return found + _impossible([key for key in signs if key not in contradicted], signs)
 
 
 def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:
-    """Columns of roll, positive to the left, beside a steer that is positive to the right.
+    """Return columns of roll and steer, if roll is positive to the left and steer to the right.
 
-    A right-handed turn about an axis that points forward leans to the right, and about one that
-    points down steers to the right, about one that points up to the left. So steer alone is
-    positive to the left in the usual axes with z up, and roll alone where one axis points backward
-    and one down, or in left-handed axes: rare enough to be worth a question.
+    A right-handed rotation about an axis that points forward is a roll to the right. About an axis
+    that points down it steers to the right, about an axis that points up to the left. So in the
+    usual axes with z up, only steer is positive to the left. Only roll is positive to the left if
+    one axis points backward and one down, or in left-handed axes. That is rare enough to ask the
+    user.
 
     Parameters
     ----------
     signs
-        1 or -1 of each column against the reference, by key.
+        Sign of each column relative to the reference, 1 or -1, by key.
 
     Returns
     -------
     tuple of str
-        Keys, first those of roll; empty if this is not so, or not told.
+        Keys, first those of roll; empty if the signs are otherwise or unknown.
     """
     roll = [key for key in ("roll_angle", "roll_rate") if key in signs]
     steer = [key for key in ("steer_angle", "steer_rate") if key in signs]
@@ -136,7 +141,7 @@ def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def _impossible(keys: Iterable[str], signs: Mapping[str, int]) -> list[tuple[str, ...]]:
-    """Gauss's elimination: sums of equations whose left side vanishes and whose right side is 1."""
+    """Return inconsistent sets of equations: Gaussian elimination reduces each to 0 = 1."""
     keys = list(keys)
     solved: list[tuple[str, frozenset[str], frozenset[str], bool]] = []
     found: list[set[str]] = []

@@ -1,8 +1,8 @@
 """Times that are off by a constant.
 
-Rows may hold the right motion at times that are off by a constant, such as one second. Small shifts
-look like other errors and are left to the diagnosis. Here the whole motion has to fit: shifted by
-one and the same time in all maneuvers, what was wrong all over is right.
+Rows may contain the right motion at times that are off by a constant, such as one second. Small
+shifts resemble other errors, and the diagnosis finds them. Here the whole motion has to fit: one
+shift of all maneuvers must turn a motion that is wrong everywhere into a right one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, spread
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, FEW_COLUMNS
@@ -19,21 +19,22 @@ from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
-# Distance of the times that are tried first [s].
+# Step of the shifts that are tried first [s].
 _FIRST_STEP = FASTEST_MODE / 2
-# In parts of their size the error of columns that fit: definitions of the roll angle differ by 0.03
-# of it. Shifted they have to be clearly better in each maneuver, too.
+# Largest error of columns that fit, relative to their rms: definitions of the roll angle differ by
+# 0.03. The shift must also clearly reduce the errors in each maneuver.
 _FITS = 0.05
 # Halvings of the golden section: from a hundredth of a second to a nanosecond.
 _ROUNDS_OF_GOLDEN_SECTION = 40
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
-# A time of few decimals is meant if the file cannot tell it from the best one [s].
+# The shift is rounded to the fewest decimal places that fit nearly as well as the best shift: the
+# error may be larger by this factor.
 _PLACES_TRIED = range(7)
 _AS_GOOD_AS_BEST = 1.1
 
 
 def time_shifted(report: Report) -> Iterator[TimeShift]:
-    """Times that are off by a constant."""
+    """Yield the constant by which all times are off, if there is one."""
     shift = time_shift([m.part for m in report.maneuvers])
     if shift is None:
         return
@@ -44,35 +45,36 @@ def time_shifted(report: Report) -> Iterator[TimeShift]:
 def time_shift(parts: Sequence[Part]) -> float | None:
     """Return the delay of the times of a file [s]; None if they are not shifted.
 
-    Signs and units of the columns are those that fit best, definitions those by default.
+    Signs and units of the columns are those that fit best; definitions are the default ones.
     """
     motions = [few for part in parts if (few := _some_rows(part)) is not None]
     if not motions or any(_error(m, 0.0) < _FITS for m in motions):
         return None
     longest = max(float(m.time[-1]) for m in motions)
     if longest <= 0.0:
-        # All rows are of the start, which fits any motion.
+        # All rows are at the start, which fits any motion.
         return None
     grid = np.arange(-longest, longest, _FIRST_STEP)
-    first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
+    first = min(grid, key=lambda shift: _mean_error(motions, shift, exact=False))
     best = _refined(motions, float(first))
     numbers = [m.number for m in motions]
     apart = [float(median(np.diff(p.time))) for p in parts if p.number in numbers]
     if abs(best) <= 1.5 * max(apart):
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
-    # One value resembles others more in few columns, see `ratios`.
+    # With few columns, any fit looks too good, see `ratios`.
     needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
-    limit = _AS_GOOD_AS_BEST * _joint(motions, best)
+    limit = _AS_GOOD_AS_BEST * _mean_error(motions, best)
     return next(
-        (x for x in (round(best, n) for n in _PLACES_TRIED) if _joint(motions, x) <= limit), best
+        (x for x in (round(best, n) for n in _PLACES_TRIED) if _mean_error(motions, x) <= limit),
+        best,
     )
 
 
 def _some_rows(part: Part) -> Part | None:
-    """Some rows of the columns that show a shift; None without any."""
+    """Return some rows of the columns that show a shift; None if there are none."""
     if len(part.time) < 2:
         return None
     # Speed and energies hardly vary: they show no shift.
@@ -82,46 +84,46 @@ def _some_rows(part: Part) -> Part | None:
 
 
 def _error(part: Part, shift: float, *, exact: bool = True) -> float:
-    """Error over size of the worst column, with times so much earlier.
+    """Return the largest relative error of the columns, with all times earlier by `shift`.
 
-    If not exact, by straight lines between the rows of the reference.
+    If not `exact`, the reference is interpolated linearly between its rows.
     """
     time, reference = part.time - shift, part.reference
     inside = (time >= 0.0) & (time <= float(reference.duration))
-    if np.mean(inside) < HALF:
+    if np.mean(inside) < MEANINGLESS_ERROR:
         return np.inf
     time = time[inside]
     if exact:
         expected = reference.approximate(time, list(part.values))
     else:
         expected = {k: np.interp(time, reference.time, reference.rows[k]) for k in part.values}
-    return max(_apart(x[inside], expected[k]) for k, x in part.values.items())
+    return max(_relative_error(x[inside], expected[k]) for k, x in part.values.items())
 
 
-def _apart(values: Array, expected: Array) -> float:
-    """Error over size of a column, with the sign and the unit that fit."""
+def _relative_error(values: Array, expected: Array) -> float:
+    """Return the relative rms error of a column, with the sign and the unit that fit."""
     size, own = rms(expected), rms(values)
     if not size or not own:
         return np.inf
     in_degrees = factor("degree")[0]
-    # Rates are in degrees per second where angles are in degrees.
+    # The factor from degrees holds for rates in degrees per second, too.
     unit = in_degrees if own > size / in_degrees**0.5 else 1.0
     sign = np.sign(np.dot(values / own, expected / size))
     return rms(sign * unit * values - expected) / size
 
 
-def _joint(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
-    """Geometric mean of the errors over the maneuvers."""
+def _mean_error(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
+    """Return the geometric mean of the errors over the maneuvers."""
     errors = [_error(m, shift, exact=exact) for m in motions]
     return float(np.exp(np.mean(np.log(np.maximum(errors, np.finfo(np.float64).tiny)))))
 
 
 def _refined(motions: Sequence[Part], near: float) -> float:
-    """The best shift within a step of the grid, by golden section."""
+    """Return the best shift within a step of the grid, by golden-section search."""
     low, high = near - _FIRST_STEP, near + _FIRST_STEP
     for _ in range(_ROUNDS_OF_GOLDEN_SECTION):
         a, b = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
-        if _joint(motions, a) < _joint(motions, b):
+        if _mean_error(motions, a) < _mean_error(motions, b):
             high = b
         else:
             low = a

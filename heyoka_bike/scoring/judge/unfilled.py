@@ -1,8 +1,8 @@
-"""Columns that were never filled in: they hold one number in every row, where the quantity varies.
+"""Columns that were never filled in: they are constant, although the quantity varies.
 
-Programs that write the benchmark's file without some of its columns, the energies mostly, leave
-zeros in their place, NaN or the first value. That is no result: it is named, and left out. A
-requirement that speaks of such a column fails, see `requirements`.
+Programs that do not compute some columns of the benchmark's file, mostly the energies, write zeros,
+NaN or the first value instead. Such a column is reported and not compared. A requirement on such a
+column fails, see `requirements`.
 """
 
 from dataclasses import replace
@@ -12,21 +12,21 @@ import numpy as np
 from heyoka_bike.bicycle.columns import ANGLE_OF, BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of
 
-# Another number than zero is what was never filled in of these alone: a constant speed is what the
-# linear equations have, a constant angle what a motion has that stands still.
+# Columns that were never filled in if they are any constant; other columns, only if they are zero.
+# The linear equations have a constant speed, and a motion at rest has a constant angle.
 _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
-# Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
+# Largest relative variation of columns in an upright and straight run: roundoff of the integrator.
 _ROUNDOFF_OF_INTEGRATOR = 1e-9
 
 
 def without_unfilled(alignment: Alignment) -> Alignment:
-    """The rows without the columns that were never filled in, and evidence that names them.
+    """Leave out columns that were never filled in, and add evidence that names them.
 
-    A file that has nothing else stays as it is.
+    A file without any other columns remains as it is.
     """
     found = [(part, _unfilled(part)) for part in alignment.parts]
     kept = tuple(
@@ -44,9 +44,9 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 
 
 def _unfilled(part: Part) -> dict[str, float]:
-    """The columns that were never filled in, with the number that they hold."""
+    """Return the columns that were never filled in, with the number in their rows."""
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
-    if len(part.time) < FEWEST_TELLING_ROWS or _runs_straight(part):
+    if len(part.time) < MIN_ROWS_FOR_SHAPE or _runs_straight(part):
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
@@ -59,7 +59,7 @@ def _unfilled(part: Part) -> dict[str, float]:
         if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(ANGLE_OF.get(key, "")))
         and _should_vary(part, key, number, bits)
     }
-    # Their sum is constant, as the mechanical energy should be, and as empty.
+    # The sum of two unfilled energies was not computed either, although it should be constant.
     parts = [found.get(key) for key in ("potential_energy", "kinetic_energy")]
     total = constant.get("mechanical_energy")
     if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
@@ -68,7 +68,7 @@ def _unfilled(part: Part) -> dict[str, float]:
 
 
 def _runs_straight(part: Part) -> bool:
-    """True if all columns together are those of a bicycle that stays upright and straight."""
+    """True if the columns are those of a bicycle that runs upright and straight."""
     lateral = part.only(LATERAL).values.values()
     others = part.only({*BENCHMARK_COLUMNS} - {*LATERAL}).values.values()
     return (
@@ -81,7 +81,7 @@ def _runs_straight(part: Part) -> bool:
 
 
 def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
-    """True if no definition of the quantity is one number, as far as the digits written show."""
+    """True if the quantity varies visibly, in every definition, at the digits written."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
     for name, expected in part.reference.approximate(rows, names).items():
@@ -89,9 +89,9 @@ def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
         step = max(1e-15 * part.reference.scale(name), spacing)
         if bits is not None:
             step = max(step, float(np.max(Quantum(2, digits=bits).at(expected))))
-        # Nothing but zeros is no mechanical energy either, which is constant.
+        # The mechanical energy is constant, but not zero.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
-        # Rounding explains one value.
-        if far <= FLOORS_OF_ROUNDING * step:
+        # Rounding explains that the column is constant.
+        if far <= MAX_ROUNDING_FLOORS * step:
             return False
     return True

@@ -1,15 +1,16 @@
-"""Unknown names that resemble a known one: the message says what they may mean.
+"""Unknown names that resemble a known one: the message suggests what they may mean.
 
 The verdict does not depend on these names: a file is whole if it has all eight columns. A misspelt
 name is always reported. A name that only contains a known word is reported if no other column of
-the maneuver has this quantity: next to ``roll_angle``, ``roll_angle_setpoint`` is another quantity.
+the maneuver has this quantity. In a file with ``roll_angle``, for example, ``roll_angle_setpoint``
+is another quantity.
 """
 
 from collections.abc import Iterator
 
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason
 from heyoka_bike.scoring.evidence.base import LostColumn
-from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SPELT, nearest
+from heyoka_bike.scoring.reading.names.suggestions import ALMOST, NAMES_SPELT, nearest
 from heyoka_bike.scoring.report import Report
 
 
@@ -32,5 +33,5 @@ def names_not_understood(report: Report) -> Iterator[NotCompared]:
         )
         if columns:
             reason = Reason.NOT_UNDERSTOOD
-            how = evidence.how_to_tell
+            how = evidence.columns_hint
             yield NotCompared(reason, columns, how, file=evidence.file)

@@ -1,1 +1,1 @@
-"""Reading of another program's results: text, NumPy, MATLAB and HDF5 files, and arrays."""
+"""Reading of programs' results: from text, NumPy, MATLAB, HDF5 and other files, and from arrays."""

@@ -1,4 +1,4 @@
-"""The results of a file, from its tables: maneuvers told apart, rows in the order of time."""
+"""Assembly of a file's results from its tables: one block for each maneuver, sorted by time."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence.as_read import NotCompared, NotFinite, Reason
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.reading.layout import ColumnLayout, layout_of
-from heyoka_bike.scoring.reading.names.columns import TIME
+from heyoka_bike.scoring.reading.names.heading import TIME
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.times import Times, settle, with_nanoseconds
 
 _BadPlace = tuple[int, int, str, int]
-"""Line or row, column, which of both it is, and how many values there are not finite."""
+"""Number of the line or row, column, the word "line" or "row", and count of values not finite."""
 
 _log = logging.getLogger(__name__)
 
 
 def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Results:
-    """Put the columns of a file where they belong.
+    """Assemble the results of a file from its tables.
 
     Parameters
     ----------
     tables
-        What the file has.
+        The tables of the file.
     kind
-        Its format.
+        Format of the file.
     request
         The request to read it.
 
     Raises
     ------
     InputError
-        Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
-        finite.
+        Columns that cannot be identified, a maneuver that is not in the reference, or a time that
+        is not finite.
     """
     known, seen = _of_the_reference(tables, request)
     for table in known:
@@ -49,7 +49,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     digits: list[int] = []
     bad: list[_BadPlace] = []
     every = [*chain.from_iterable(_one_by_one(x, request) for x in known)]
-    # A comment may be about all of several tables.
+    # If there are several tables, a comment may be about all of them.
     is_alone = len(every) == 1
     for table, places in every:
         if places.nanoseconds is not None:
@@ -57,11 +57,11 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
         times = settle(table, places.time, request, places.unit)
         found = (*table.seen, *places.seen, *times.seen)
         seen += [x for x in found if x not in seen]
-        for told, columns in places.maneuvers.items():
-            number = table.commented if told is None and is_alone else told
+        for named, columns in places.maneuvers.items():
+            number = table.commented if named is None and is_alone else named
             _log.info(
                 "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
-                len(times.hi), number or "not told", places.time + 1,
+                len(times.hi), number or "unknown", places.time + 1,
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
             maneuvers.append(_rows(table, times, number, places, columns, bad))
@@ -73,19 +73,19 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
 
 
 def _refuse_unfilled(table: ReadTable, request: Request) -> None:
-    """Raise an error if rows at the end hold only zeros: an array that was filled in part."""
+    """Raise an error if the last rows contain only zeros: the array was not filled completely."""
     count = len(table.columns[0].values)
     is_zero = np.logical_and.reduce([column.values == 0 for column in table.columns])
     first = count - int(np.argmin(is_zero[::-1])) if not is_zero.all() else 0
     if 0 < first < count - 1:
-        said = f"found {count - first} rows of zeros at the end, expected rows that were filled in"
+        said = f"found {count - first} rows of zeros at the end, expected values in every row"
         raise table.error(request, first, said)
 
 
 def _of_the_reference(
     tables: Sequence[ReadTable], request: Request
 ) -> tuple[list[ReadTable], list[Evidence]]:
-    """The tables of maneuvers that the reference has, or of none that is told."""
+    """Return tables of the reference's maneuvers or an unnamed one, and evidence of the others."""
     numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
     parts = [part for table in tables for part in _by_maneuver(table, request)]
     known = [part for part in parts if part.maneuver in numbers]
@@ -99,7 +99,7 @@ def _of_the_reference(
 
 
 def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
-    """The rows of each maneuver, if a column tells of which they are; else the table alone."""
+    """Split a table by its column of maneuver numbers; without one, return the table alone."""
     headings, count = table.headings(request), request.count
     at = next((j for j, heading in enumerate(headings) if heading.is_maneuver), None)
     if at is None or at >= len(table.columns) or table.maneuver is not None:
@@ -117,9 +117,9 @@ def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
 
 
 def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable, ColumnLayout]]:
-    """A table and what its columns are; of maneuvers below each other, for each of these.
+    """Yield a table and its layout, once for each of the maneuvers below each other.
 
-    The times then begin again where they began.
+    Each maneuver begins where the times return to the first time.
     """
     places = layout_of(table, request)
     times = table.columns[places.time].values
@@ -129,7 +129,7 @@ def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable,
         yield table, places
     elif None not in places.maneuvers:
         said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
-        raise request.error(f"{said}; a column maneuver tells the rows of several apart")
+        raise request.error(f"{said}; for several maneuvers, add a column named maneuver")
     else:
         number = np.cumsum(np.isin(np.arange(len(times)), starts))
         for n in range(1, len(starts) + 1):
@@ -161,6 +161,6 @@ def _rows(
 
 
 def _not_finite(bad: Sequence[_BadPlace]) -> NotFinite:
-    """Return the evidence that values are not finite: how many, and the first one."""
+    """Return the evidence of values that are not finite: their number, and the first place."""
     line, column, counted_by, _ = min(bad)
     return NotFinite(sum(n for *_, n in bad), counted_by, line, column)

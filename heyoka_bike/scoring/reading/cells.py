@@ -1,8 +1,7 @@
-"""Rows of numbers in the cells of a sheet: by the rules for the lines of a text.
+"""Rows of numbers in the cells of a sheet, read by the rules for the lines of a text.
 
-Each row is a line whose fields are apart already. So a heading, a line of units, a row that counts
-the columns, comments, numbers that are words and a last row that is incomplete mean what they mean
-in a text.
+Each row is a line that is already split into fields. So headings, lines of units, rows of column
+numbers, comments, numbers written as words, and an incomplete last row mean the same as in a text.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence.as_read import LastRowIncomplete
-from heyoka_bike.scoring.reading.arrays.columns import read_column
+from heyoka_bike.scoring.reading.arrays.array_columns import read_column
 from heyoka_bike.scoring.reading.digits import evened
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -27,24 +26,24 @@ _EXPECTED = "expected a number (a formula has a value once a spreadsheet program
 
 
 def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
-    """The rows of numbers in a table of cells, by the rules for the lines of a text.
+    """Read the rows of numbers in a table of cells, by the rules for the lines of a text.
 
     Parameters
     ----------
     rows
-        Of the table: numbers, words, and None for what is empty.
+        Cells of each row: numbers, words, and None for empty cells.
     request
-        The request to read it.
+        The request to read them.
 
     Raises
     ------
     InputError
-        No rows of numbers, rows of different lengths, or something else among them.
+        There are no rows of numbers, their lengths differ, or there is something else among them.
     """
     lines = [_trimmed(row) for row in rows]
     width = max(map(len, lines), default=0)
     first = next((i for i, row in enumerate(lines) if any(map(is_number, row))), 0)
-    # Columns at the end may have no name, or no unit.
+    # The last columns may lack a name or a unit.
     for row in lines[max(0, first - MOST_ABOVE) : first]:
         row += [None] * (width - len(row)) if row else []
     try:
@@ -72,7 +71,7 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
 
 
 def _without_value(lines: Sequence[Sequence[Any]], request: Request) -> InputError | None:
-    """Return the error of a table whose rows lack a number in one column; None if they do not."""
+    """Return the error of a row of numbers with an empty cell; None if there is no such row."""
     for i, row in enumerate(lines, 1):
         empty = [j for j, x in enumerate(row, 1) if x is None]
         if empty and len(row) > len(empty) + 1 and all(is_number(x) for x in row if x is not None):
@@ -81,7 +80,7 @@ def _without_value(lines: Sequence[Sequence[Any]], request: Request) -> InputErr
 
 
 def _trimmed(row: Sequence[Any]) -> list[Any]:
-    """The row without the empty cells at its end."""
+    """Return the row without the empty cells at its end."""
     cells = list(row)
     while cells and (cells[-1] is None or cells[-1] == ""):
         cells.pop()
@@ -89,7 +88,7 @@ def _trimmed(row: Sequence[Any]) -> list[Any]:
 
 
 def before_comment(row: Sequence[Any]) -> list[Any]:
-    """The cells of a row up to a comment."""
+    """Return the cells of a row up to a comment."""
     for j, cell in enumerate(row):
         if isinstance(cell, str) and (rest := without_comment(cell)) != cell.strip():
             return _trimmed([*row[:j], rest])

@@ -1,7 +1,7 @@
 """Times of day, with or without a date, as seconds from the first row.
 
-A run takes far less than a day, so the date is not needed: a time of day that goes back by more
-than half a day belongs to the next day.
+A run takes far less than a day, so the date is not needed. A time of day that is more than half a
+day earlier than the one before belongs to the next day.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _TIME_OF_DAY = re.compile(
     r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|[+-][0-9]{2}:?[0-9]{2})?"
 )
 _SECONDS_OF_DAY = 86_400
-# Letters of a time with its date; longer words are not parsed.
+# Longest time with a date that is parsed, in characters.
 _LONGEST = 60
 
 
 def first_date(source: Any) -> str | None:
-    """Return the first time of day as it is written; None if the times are no times of day."""
+    """Return the first time of day as written; None if the times are not times of day."""
     numbers = seconds_from_first(source)
     return None if numbers is None else " ".join(str(np.ravel(source[()])[0]).split())
 
@@ -35,7 +35,7 @@ def seconds_from_first(source: Any) -> list[str] | None:
     Parameters
     ----------
     source
-        Anything with a type and a shape: dates of NumPy or Python, or words.
+        An array-like object with dates of NumPy or Python, or with words.
     """
     kind = getattr(source, "dtype", np.dtype("f8")).kind
     if kind not in "MOU":
@@ -50,14 +50,14 @@ def seconds_from_first(source: Any) -> list[str] | None:
             return None
         counts = array.astype("M8[ns]").astype(np.int64)
         return [_plain(Decimal(x).scaleb(-9)) for x in (counts - counts[0]).tolist()]
-    if not isinstance(array[0], str) or _of_day(array[0]) is None:
+    if not isinstance(array[0], str) or _since_midnight(array[0]) is None:
         return None
-    times = [_of_day(x) if isinstance(x, str) else None for x in array.tolist()]
+    times = [_since_midnight(x) if isinstance(x, str) else None for x in array.tolist()]
     return None if None in times else _from_first([x for x in times if x is not None])
 
 
-def _of_day(word: str) -> Decimal | None:
-    """Seconds since midnight."""
+def _since_midnight(word: str) -> Decimal | None:
+    """Return the seconds since midnight; None if the word is not a time of day."""
     match = _TIME_OF_DAY.fullmatch(word.strip()) if len(word) <= _LONGEST else None
     if match is None:
         return None
@@ -70,7 +70,7 @@ def _of_day(word: str) -> Decimal | None:
 def _from_first(times: Sequence[Decimal]) -> list[str]:
     days, found = 0, []
     for before, time in zip([times[0], *times], times, strict=False):
-        # Rows may be out of order: only half a day back is another day.
+        # Rows may be out of order: only a step back by more than half a day is another day.
         days += before - time > _SECONDS_OF_DAY / 2
         found.append(_plain(time + _SECONDS_OF_DAY * days - times[0]))
     return found

@@ -1,9 +1,9 @@
-"""Digits: how finely the numbers of a column are written.
+"""Digits: the resolution of the numbers in a column.
 
-The question: which distance do neighbouring written numbers have? Decimals have a fixed number of
-places, or of significant digits. Binary numbers have 53 bits, or 24 if all of them are numbers of
-single precision. 17 significant digits tell any two binary64 numbers apart, 9 any two of single
-precision (IEEE 754-2019, section 5.12.2).
+The resolution is the distance of neighbouring numbers that can be written. Decimals have a fixed
+number of places, or of significant digits. Binary numbers have 53 bits, or 24 if all of them are
+single precision numbers. 17 significant digits distinguish any two binary64 numbers, 9 any two
+single precision numbers (IEEE 754-2019, section 5.12.2).
 """
 
 from __future__ import annotations
@@ -19,37 +19,39 @@ from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.table import ReadColumn
 
 BINARY64_DIGITS = 17
-"""Decimal digits that tell any two binary64 numbers apart."""
+"""Decimal digits that distinguish any two binary64 numbers."""
 
-# Decimal digits of the usual binary formats, to the nearest.
+# Decimal digits of the usual binary formats, rounded to integers.
 _DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
-# With fewer decimal digits single precision numbers are no longer told apart.
+# Fewest decimal digits that distinguish any two single precision numbers.
 _SINGLE_DIGITS = 9
+# Fewest decimals that show whether they are rounded single precision numbers.
 _ENOUGH_SINGLE = 20
-# Numbers are not all as short by chance once in 10 to this power; so many are looked at.
+# Numbers show how many digits are written if the probability that all are this short by chance is
+# below 10 to minus this power; and how many numbers are looked at.
 _LOG_OF_CHANCE, _ENOUGH_SHORT = 6.0, 1000
 
 
 def significant(number: str) -> str:
-    """Significant digits written in a decimal, zeros at the end included."""
+    """Return the significant digits of a written decimal, including zeros at the end."""
     mantissa = number.replace("E", "e").partition("e")[0]
     return mantissa.lstrip("+-0.").replace(".", "")
 
 
 def places_of(number: str) -> int:
-    """Digits written after the point of a decimal; -1 with an exponent."""
+    """Return the number of digits after the decimal point; -1 for a number with an exponent."""
     return -1 if "e" in number else len(number.partition(".")[2])
 
 
 def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
-    """True if numbers have more digits than binary64, and not just more than it needs.
+    """True if numbers are known to more digits than binary64, not only printed with more.
 
-    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give: so many
-    must agree. Of times one is enough: three rows in a row are no accident, and there may be no
-    more.
+    With 18 digits, one number in ten equals a printed binary64 number by chance. So numbers count
+    as printed binary64 only if at least five have such digits, and all of these equal one. One time
+    suffices, because a file may have few.
     """
     long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
-    # So NumPy's savetxt writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
+    # NumPy's savetxt writes 0.1 as 1.000000000000000056e-01, which contains no more than binary64.
     are_written_out = len(long) >= (1 if is_time else 5) and all(
         significant(f"{float(x):.{len(significant(x)) - 1}e}") == significant(x) for x in long
     )
@@ -59,22 +61,22 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
 def written_column(
     values: Array, lo: Array | None, written: Iterable[str], is_time: bool
 ) -> ReadColumn:
-    """A column of a text; some of its numbers, as they are written, tell how finely it is."""
+    """Return a column of a text, with the resolution that some of its written numbers show."""
     finite = [x for x in written if isfinite(float(x))]
     digits = max((len(significant(x)) for x in finite), default=0)
     places = {places_of(x) for x in finite} or {-1}
     fewest, most = min(places), max(places)
     largest = _largest(values)
     varies = _tells_digits(values, lo, digits)
-    # The times 0.07 and 10 are written to the same places, without the zeros.
+    # Times such as 0.07 and 10 have the same number of places: programs omit the zeros.
     is_fixed_time = is_time and fewest >= 0 and digits < BINARY64_DIGITS
     if (is_fixed_time or fewest == most >= 0) and varies and 10.0**-most >= np.spacing(largest):
         count = max(1, floor(log10(largest)) + 1 + most)
         return ReadColumn(values, lo, Quantum(10, places=most), count, digits)
     if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
-        # Printed longer than they are.
+        # Single precision numbers that are printed with more digits than they have.
         return ReadColumn(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], digits)
-    # The times always have their rest.
+    # Times always have `lo`, so it alone does not mean more digits than binary64.
     if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
         quantum, known = Quantum(10, digits=digits), digits
     else:
@@ -85,7 +87,7 @@ def written_column(
 
 
 def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
-    """Return the column times 10 to this power; the number of its written digits is kept."""
+    """Return the column times 10 to this power, with the same number of written digits."""
     values, lo, ten = column.values, column.lo, np.full(len(column.values), 10.0 ** abs(power))
     both = values, np.zeros_like(values) if lo is None else lo
     hi, rest = multiply(both, (ten, np.zeros_like(ten))) if power > 0 else divide(both, ten)
@@ -96,10 +98,10 @@ def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
 
 
 def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
-    """True if numbers tell how many digits are written: a constant does not.
+    """True if numbers show how many digits are written; a constant does not.
 
-    A few numbers of nearly as many digits as binary64 needs may be short by chance, one in ten of
-    each digit that is not there.
+    A few numbers with nearly as many digits as binary64 needs may be short by chance: one in ten
+    for each missing digit.
     """
     if not len(values) or _is_constant(values, lo):
         return False
@@ -112,7 +114,7 @@ def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
 
 
 def evened(columns: list[ReadColumn], time: int) -> list[ReadColumn]:
-    """The columns of a table, a constant one as finely written as the finest of the others."""
+    """Give constant columns of a table the finest resolution among the other columns."""
     varying = [w for j, w in enumerate(columns) if j != time and w.digits is not None]
     if not varying:
         return columns
@@ -121,7 +123,7 @@ def evened(columns: list[ReadColumn], time: int) -> list[ReadColumn]:
 
 
 def binary_column(values: Array, lo: Array | None, bits: int) -> ReadColumn:
-    """A column of binary numbers of so many bits."""
+    """Return a column of binary numbers with this many bits."""
     if bits == 53:
         bits = binary_digits(values)
     varies = bool(len(values)) and not _is_constant(values, lo)
@@ -130,14 +132,14 @@ def binary_column(values: Array, lo: Array | None, bits: int) -> ReadColumn:
 
 
 def column_of_steps(values: Array, step: float) -> ReadColumn:
-    """A column of multiples of a step."""
+    """Return a column whose values are multiples of a step."""
     quantum = Quantum(2, places=0, step=abs(step))
     digits = floor(log10(max(_largest(values) / quantum.step, 1.0))) + 1
     return ReadColumn(values, None, quantum, None if _is_constant(values, None) else digits)
 
 
 def binary_digits(values: Array) -> int:
-    """24 if all values are single precision numbers, and not only integers; else 53."""
+    """Return 24 if all values are single precision numbers, not only integers; else 53."""
     finite = values[np.isfinite(values)]
     return 24 if are_single(values) and (finite != np.rint(finite)).any() else 53
 
@@ -148,20 +150,20 @@ def are_single(values: Array) -> bool:
 
 
 def _are_single_written(values: Array, digits: int) -> bool:
-    """True if decimals are single precision numbers, rounded to so many digits.
+    """True if decimals are single precision numbers, rounded to this many digits.
 
-    One number in ten is near one by chance if nine digits are written: it takes many.
+    With nine digits, one number in ten is near such a number by chance, so many have to be.
     """
     some = values[np.isfinite(values) & (values != np.rint(values))]
     if len(some) < _ENOUGH_SINGLE:
         return False
-    # Half a digit, and the rounding of its reading.
+    # Half a digit, and the error of reading it into binary64.
     nearest = 0.501 * Quantum(10, digits=digits).at(some)
     return bool((np.abs(some - as_single(some)) <= nearest).all())
 
 
 def as_single(values: Array) -> Array:
-    """Values rounded to single precision."""
+    """Return the values rounded to single precision."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         return values.astype(np.float32).astype(np.float64)
 

@@ -1,7 +1,8 @@
-"""Encodings: which one a text has, and its whole lines with plain blanks and minus signs.
+"""Encodings of texts, and their whole lines with plain blanks and minus signs.
 
-A text is in UTF-8, UTF-16 or UTF-32 by its mark (Unicode Standard, section 23.8); without a mark in
-UTF-8, where a byte that is none is Latin-1.
+A byte order mark shows UTF-8, UTF-16 or UTF-32 (Unicode Standard, section 23.8). Without a mark, a
+text with many zero bytes is UTF-16. Any other text is UTF-8; bytes that are not valid UTF-8 are
+read as Latin-1.
 """
 
 from __future__ import annotations
@@ -14,32 +15,33 @@ from heyoka_bike.scoring.reading.request import Request
 
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
-    # Before UTF-16, whose mark is the start of this one.
+    # Before UTF-16, because the mark of UTF-32-LE begins with that of UTF-16-LE.
     (codecs.BOM_UTF32_LE, "utf-32-le"),
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
-# What has no line feeds at all is not read into memory.
+# Longest line [characters]: a file without line feeds is not read into memory.
 _LONGEST_LINE = 4_000_000
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
-# What typesetting makes of a minus sign and of blanks.
+# Typographic minus signs and blanks are replaced with plain ones.
 _PLAIN_SIGNS = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
-# Of random bytes one in ten; a damaged text may have a few.
+# Largest fraction of control characters in a text: a damaged text may have a few, random bytes have
+# one in ten.
 _MOST_CONTROLS = 0.02
 
 
 def encoding_of(head: bytes) -> tuple[str, int] | None:
-    """Encoding of a text that starts like this and the length of its mark; None if it is no text.
+    """Return the encoding of a text by its first bytes, and the length of its mark, or None.
 
-    Any bytes with hardly any control characters are text. Those that are not UTF-8 can only stand
-    in headings and comments, and are left alone.
+    Bytes with hardly any control characters are text. Bytes that are not valid UTF-8 can only be in
+    headings and comments, where they do no harm.
     """
     for mark, name in _BOMS:
         if head.startswith(mark):
             return name, len(mark)
     even, odd = head[::2], head[1::2]
-    # Of UTF-16 every other byte is zero, of rows of numbers all of these.
+    # In UTF-16, every other byte of a row of numbers is zero.
     for name, zeros, others in (("utf-16-le", odd, even), ("utf-16-be", even, odd)):
         if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and not others.count(0):
             return name, 0
@@ -49,16 +51,16 @@ def encoding_of(head: bytes) -> tuple[str, int] | None:
 
 
 def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[str]:
-    """Blocks of whole lines that end in a line feed; the last one may lack it.
+    """Yield blocks of whole lines, each with its line feed; the last one may lack it.
 
-    Blanks are plain ones, and so are minus signs.
+    Typographic blanks and minus signs are replaced with plain ones.
 
     Parameters
     ----------
     chunks
         The text after its mark, cut anywhere.
     encoding
-        See `encoding_of`. A byte that is no UTF-8 is Latin-1.
+        See `encoding_of`. Bytes that are not valid UTF-8 are read as Latin-1.
     request
         The request to read it.
 
@@ -82,7 +84,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
                 raise request.error(f"{said}, expected rows of numbers", line)
             if block:
                 yield block.translate(_PLAIN_SIGNS)
-        # A file cut in the middle of a character lacks no more than that.
+        # If the file ends in the middle of a character, ignore only that character.
         plain.errors = "ignore"
         rest += decoder.decode(b"", final=True)
     except UnicodeError:

@@ -1,4 +1,4 @@
-"""Results in whatever a user gives: files, arrays, columns by name, several of these."""
+"""Results as a user passes them: files, arrays, columns by name, or several of these."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from os import PathLike
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, is_known, is_time
-from heyoka_bike.scoring.reading.names.words import did_you_mean
+from heyoka_bike.scoring.findings import maneuvers
+from heyoka_bike.scoring.reading.names.heading import TIME, is_known, is_time
+from heyoka_bike.scoring.reading.names.suggestions import did_you_mean
 from heyoka_bike.scoring.reading.request import NAMES, maneuver_number
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
@@ -28,33 +29,33 @@ def results_of(
     named: Mapping[str, Any] | None = None,
     is_only: bool = True,
 ) -> list[Results]:
-    """Results of one run, of anything that holds them.
+    """Read the results of one run from any object that contains them.
 
     Parameters
     ----------
     given
-        What `read_results` takes, or what it returned; a list of such files or results; a
-        mapping of maneuvers' numbers to any of these. With named columns the times [s], or nothing.
+        Anything that `read_results` accepts or returns; a list of such files or results; or a
+        mapping from maneuver numbers to any of these. With named columns, the times [s] or None.
     count
         Number of maneuvers of the reference.
     maneuver, columns
-        As in `read_results`; the columns also as one text, separated by commas.
+        As in `read_results`; the columns may also be one text, separated by commas.
     named
         Columns by name.
     is_only
-        True if results that hold other maneuvers than the one told are refused.
+        True if results that contain other maneuvers than `maneuver` are refused.
 
     Raises
     ------
     InputError
-        It is none of that: what was found, and what was expected.
+        The object does not contain such results.
     """
     names = None if columns is None else words(columns, "columns")
     number = None if maneuver is None else maneuver_number(maneuver, count)
     if isinstance(given, Scored):
         raise InputError(
-            f"found a {type(given).__name__}, which is a score already; expected the results, as "
-            "they were given to score"
+            f"found a {type(given).__name__}, which is a score already; expected the results "
+            "themselves"
         )
     if named:
         given = _with_time(given, named)
@@ -63,7 +64,9 @@ def results_of(
         parts = [(number, x) for x in given]
     elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
         if number is not None:
-            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
+            raise InputError(
+                f"found maneuver={maneuver} and a mapping of maneuvers, expected one of them"
+            )
         numbers = [maneuver_number(key, count) for key in given]
         if any(isinstance(x, _KINDS_OF_FILES) for x in given.values()):
             parts = list(zip(numbers, given.values(), strict=True))
@@ -76,12 +79,12 @@ def results_of(
 
 
 def words(given: str | Sequence[str], what: str) -> list[str]:
-    """Words that are given as one text, separated by commas, or as several.
+    """Return a list of words, from one text separated by commas or from several texts.
 
     Raises
     ------
     InputError
-        Anything else.
+        `given` is anything else.
     """
     if isinstance(given, str):
         return given.split(",")
@@ -91,21 +94,21 @@ def words(given: str | Sequence[str], what: str) -> list[str]:
 
 
 def several(given: Any) -> list[Any]:
-    """Results of several runs or programs.
+    """Return the list of results of several runs or programs.
 
     Raises
     ------
     InputError
-        Not a list of them.
+        `given` is not a list, or is empty.
     """
     if not isinstance(given, Sequence) or isinstance(given, str) or not given:
-        found = "none" if isinstance(given, list | tuple) else f"a {type(given).__name__}"
+        found = "no results" if isinstance(given, list | tuple) else f"a {type(given).__name__}"
         raise InputError(f"found {found}, expected a list of results")
     return list(given)
 
 
 def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns by name with their time; a word that is no column is not left out in silence."""
+    """Add the times to named columns; refuse names that are not columns."""
     for name in named:
         if not any(map(is_known, (name, name.removesuffix("_lo")))):
             raise InputError(
@@ -120,14 +123,14 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results:
-    """The results, which are of this maneuver if one is told."""
+    """Return results of this maneuver, if a number is given; name an unnamed one."""
     held = [rows.maneuver for rows in results.maneuvers]
     if number is None or held == [number] or (number in held and not is_only):
         return results
     if held == [None]:
         return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
     raise InputError(
-        f"found maneuver {number} for results that hold maneuver {', '.join(map(str, held))}, "
-        "expected it for those of one maneuver",
+        f"found maneuver {number} for results of {maneuvers(n for n in held if n)}; leave out "
+        "the number",
         file=results.path,
     )

@@ -1,4 +1,4 @@
-"""The layout of a table: which column is what, by its name or its place."""
+"""The layout of a table: the meaning of each column, by its name or its place."""
 
 from __future__ import annotations
 
@@ -12,42 +12,47 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence.as_read import NamesNotUsed, Reason
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     TIME,
     Heading,
     Meaning,
     nanoseconds_beside,
     quantity_of,
 )
-from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
+from heyoka_bike.scoring.reading.names.heading_units import is_si, split_unit
+from heyoka_bike.scoring.reading.names.left_out import (
+    column_within,
+    left_out,
+    set_aside,
+    unknown_units,
+)
 from heyoka_bike.scoring.reading.names.meanings import letter_of, meant_together, with_meaning
-from heyoka_bike.scoring.reading.names.units import is_si, split_unit
-from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.names.suggestions import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
 from heyoka_bike.scoring.units import factor
 
-# Of the largest value: what an angle that is written in degrees is off by in radians.
+# Rounding error of converting a unit, such as degrees, relative to the largest value.
 _ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, slots=True)
 class ColumnLayout:
-    """Which column is what.
+    """The meaning of each column of a table.
 
     Attributes
     ----------
     time
         Index of the column of times.
     maneuvers
-        Index of each other column, by number of the maneuver (None if that is not told) and key.
+        Index of each other column, by number of the maneuver (None if unknown) and key.
     headings : tuple of Heading
-        What each column means; empty if the table has no headings.
+        Heading of each column with its meaning; empty if the table has no headings.
     seen : tuple of Evidence
     unit
         Unit of the times, one of `UNITS_OF_TIME`.
     nanoseconds
-        Index of the column of what the times are more than whole seconds; None without one.
+        Index of a column of nanoseconds to add to times in whole seconds; None without one.
     """
 
     time: int
@@ -59,16 +64,16 @@ class ColumnLayout:
 
 
 def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
-    """Find out which column is what.
+    """Determine the meaning of each column.
 
-    Names decide if they are all known, or if one that is known has another place than in the
-    benchmark; else the place does, if there are 9 or 1 + 8 count columns; else those names that are
-    known.
+    Names decide if all of them are known, or if a known name contradicts the benchmark's order.
+    Otherwise the place decides, if there are 9 or 1 + 8 count columns. Otherwise the known names
+    decide.
 
     Raises
     ------
     InputError
-        The columns cannot be told, or one is there twice.
+        The columns cannot be identified, or one is there twice.
     """
     headings = meant_together(vectors.headings(request), request.count)
     names = [h.text for h in headings]
@@ -76,16 +81,16 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     found = [h.meaning for h in headings]
     known = [h.key for h in headings if h.key is not None]
     is_named = TIME in known and len(known) > 1
-    # The benchmark's order has no place for what is not of the benchmark.
+    # The benchmark's order has no place for other columns.
     is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS}
     is_beyond |= any(h.is_maneuver for h in headings)
     places = _meanings_by_place(width, request.count) if vectors.is_ordered else None
     unused = _names_unused(headings, places or ())
     names_decide = places is None or None not in found or is_beyond or bool(unused)
     if request.names or (is_named and names_decide):
-        return _settled(headings, vectors, request)
-    if places is not None and not _are_held_elsewhere(headings, places, request):
-        by_place = _settled([Heading("", *place) for place in places], vectors, request)
+        return _assigned(headings, vectors, request)
+    if places is not None and not _contradict_places(headings, places, request):
+        by_place = _assigned([Heading("", *place) for place in places], vectors, request)
         # A heading may have a unit even if its name is not known.
         both = zip(headings, places, strict=False)
         meant = tuple(with_meaning(h, place) for h, place in both)
@@ -93,14 +98,14 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     raise request.not_columns(names_found(names, found), vectors.heading)
 
 
-def _are_held_elsewhere(
+def _contradict_places(
     headings: Sequence[Heading], places: Sequence[Meaning], request: Request
 ) -> bool:
-    """True if a name is, or holds, that of a quantity that has another place; no mere letter."""
+    """True if a name other than a letter is, or contains, that of a quantity with another place."""
     for h, (key, _) in zip(headings, places, strict=False):
         is_letter = bool(letter_of(split_unit(h.text)[0]))
         is_usable = h.key is not None and not h.is_time and not is_letter
-        held = h.key if is_usable else name_held(h.text, request)[0]
+        held = h.key if is_usable else column_within(h.text, request)[0]
         if held is not None and held != key:
             return True
     return False
@@ -108,7 +113,7 @@ def _are_held_elsewhere(
 
 def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
     """Return the meanings of columns without names; None if there are too many or too few."""
-    # One maneuver needs no number.
+    # The columns of a single maneuver need no number.
     by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
     if (numbers := by_width.get(width)) is None:
         return None
@@ -116,20 +121,20 @@ def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
     return [(TIME, None), *columns]
 
 
-def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
-    """Each meaning with the one column that has it."""
+def _assigned(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
+    """Assign each meaning to one column."""
     meant: dict[Meaning, int] = {}
     contradicting: set[int] = set()
     every = ((meaning, i) for i, h in enumerate(headings) if (meaning := h.meaning) is not None)
     for meaning, places in grouped(every).items():
-        # Of several columns of one meaning the plainest name is meant.
+        # Of several columns with one meaning, the one with the plainest name is used.
         best, *others = sorted(places, key=lambda i: _oddity(headings[i]))
         if others and _oddity(headings[others[0]]) == _oddity(headings[best]):
             key, number = meaning
             of_which = "" if number is None else f" for maneuver {number}"
             raise request.error(
                 f"found {quoted(headings[best].text)} and {quoted(headings[others[0]].text)}, "
-                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.columns_hint}",
                 vectors.heading,
             )
         meant[meaning] = best
@@ -157,7 +162,7 @@ def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) 
 
 
 def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, Heading]) -> bool:
-    """True if two columns of a quantity hold the same values, each in the unit that it is named."""
+    """True if two columns contain the same values, each in the unit of its heading."""
     values, bounds = [], []
     for column, heading in (first, second):
         assert heading.key is not None
@@ -169,7 +174,7 @@ def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, H
     if not np.array_equal(one[~are_finite], other[~are_finite], equal_nan=True):
         return False
     one, other = one[are_finite], other[are_finite]
-    # Each is rounded as it is written, and when it was converted.
+    # Each column may be rounded when it was converted and when it was written.
     bound = (bounds[0] + bounds[1])[are_finite] + _ROUNDING * np.max(np.abs(one), initial=0.0)
     return bool(np.all(np.abs(other - one) <= bound))
 
@@ -183,8 +188,8 @@ def _not_used(
     left = [i for i in left if not headings[i].is_maneuver]
     known = [i for i in left if headings[i].key is None and quantity_of(headings[i].text)]
     others = [i for i in left if i in contradicting]
-    told = {*known, *others}
-    unknown = [i for i in left if i not in told]
+    explained = {*known, *others}
+    unknown = [i for i in left if i not in explained]
 
     def named(places: Sequence[int]) -> list[str]:
         return [headings[i].text for i in places]
@@ -195,14 +200,14 @@ def _not_used(
 
 
 def _oddity(heading: Heading) -> tuple[bool, bool]:
-    """True if a name has a unit other than SI, and true if it has its unit as an ending."""
+    """Return whether a heading has a unit other than SI, and whether the unit is an ending."""
     return not is_si(heading.unit), heading.is_ending
 
 
 def _names_unused(
     headings: Sequence[Heading], places: Sequence[Meaning]
 ) -> tuple[NamesNotUsed, ...]:
-    """Tell whether a name that is known contradicts the place of its column."""
+    """Return evidence of known names that contradict the places of their columns."""
     both = enumerate(zip(headings, places, strict=False))
     wrong = [i for i, (h, (key, _)) in both if h.key not in (None, key)]
     if not wrong:

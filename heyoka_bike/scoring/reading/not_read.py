@@ -1,4 +1,4 @@
-"""Formats that are not read: how each begins, and the command that writes the same readably."""
+"""Formats that are not read: their first bytes, and how to convert them to a readable format."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class NotRead:
     Attributes
     ----------
     found
-        What it is called.
+        Name of the format in messages.
     begins
-        A regular expression for its first bytes.
+        A regular expression for the first bytes of a file.
     instead
-        What to do instead, a command if there is one; may be empty.
+        How to convert a file to a readable format, a command if there is one; may be empty.
     """
 
     found: str
@@ -92,29 +92,29 @@ NOT_READ = (
         "in pandas: frame.to_csv('results.csv', sep=',')",
     ),
 )  # fmt: skip
-"""Those that are known, by what they begin with."""
+"""Formats that are recognised but not read, in the order in which they are tested."""
 
 SHORTENED = frozenset({"...", "\u2026", ".."})
-"""In the place of rows or columns that were left out for printing."""
+"""Signs in place of rows or columns that are omitted from a printed table."""
 
 PRINT_ALL = f"a table is shortened for printing; {_PANDAS}; in NumPy: np.savetxt('results.txt', x)"
-"""What to do about them."""
+"""The message about a table with such signs."""
 
 _PATTERNS = tuple((x, re.compile(x.begins.encode("latin-1"))) for x in NOT_READ)
 
 
 def not_read(head: bytes) -> NotRead | None:
-    """Return the format of first bytes that is not read; None if they may be of one that is."""
+    """Return the unreadable format that a file's first bytes show; None if it may be readable."""
     return next((x for x, pattern in _PATTERNS if pattern.match(head)), None)
 
 
 def is_called_spreadsheet(suffix: str) -> bool:
-    """True if the end of a name is that of a spreadsheet."""
+    """True if the suffix of a file name is that of a spreadsheet."""
     return suffix in _SPREADSHEETS
 
 
 def folder(path: Path) -> NotRead:
-    """What a folder is, of which no result is read."""
+    """Return what a folder is, and what to do instead: folders are not read."""
     is_zarr = any((path / name).exists() for name in ("zarr.json", ".zgroup", ".zarray"))
     if is_zarr:
         return NotRead("a folder of Zarr", "", "in xarray: data.to_netcdf('results.nc')")

@@ -1,4 +1,4 @@
-"""A request to read a file: what its columns may be, and how an error says where it is."""
+"""A request to read a file: the names its columns may have, and the place that errors report."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ LEFT_OUT = ("-", "skip")
 """Words of `--columns` for a column that is not used."""
 
 MOST_UNPACKED = 500_000_000
-"""Bytes that a packed file may unpack to, unless more are allowed: a million rows of 25 numbers."""
+"""Default limit on the size of an unpacked file [bytes]: a million rows of 25 numbers."""
 
 OPTION, ARGUMENT = "--columns", "columns="
-"""Ways to tell the columns: on the command line, and in Python."""
+"""How a user names the columns: on the command line, and in Python."""
 
 NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
 """The names of the benchmark's columns, for messages."""
@@ -28,7 +28,7 @@ NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A file or arrays to read, for a reference of so many maneuvers.
+    """A file or arrays to read, for a reference with `count` maneuvers.
 
     Attributes
     ----------
@@ -37,21 +37,21 @@ class Request:
     count
         Number of maneuvers of the reference.
     maneuver
-        Number of the maneuver of columns that do not tell; None if that is not known.
+        Number of the maneuver of columns that do not name one; None if unknown.
     names : tuple of str or None
-        What the columns are, whatever the file says; None if it is to be seen from the file.
+        Names of the columns, which override those in the file; None to use those in the file.
     option
-        How the user tells these, `OPTION` or `ARGUMENT`.
+        How the user gives these names, `OPTION` or `ARGUMENT`.
     part
-        What messages begin with: of which part of the file they speak.
+        Beginning of messages: the part of the file that they are about.
     known : callable or None
-        True for the names of columns in a table without times; None of results.
+        True for the names of columns in a table without times; None for results.
     group
-        Number of the maneuver that this part of the file is of; None if it tells of none.
+        Number of the maneuver of this part of the file; None if the part does not name one.
     is_ordered
-        True if the order of arrays by name means anything.
+        True if the order of named arrays is meaningful.
     most_bytes
-        What a packed file may unpack to.
+        Largest size of an unpacked file [bytes].
     """
 
     path: str
@@ -66,20 +66,20 @@ class Request:
     most_bytes: int = MOST_UNPACKED
 
     def within(self, part: str) -> Request:
-        """The request for a part of the file; for all of it if that has no name."""
+        """Return the request for a part of the file; the same request if the part has no name."""
         return replace(self, part=f"{self.part}{part}: ") if part else self
 
     def of_maneuver(self, number: int) -> Request:
-        """The request for the part of the file that is of one maneuver."""
+        """Return the request for the part of the file that contains one maneuver."""
         return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
-        """The error that says where, what was found and what was expected."""
+        """Return the error with this message, after the file and the part of the file."""
         return InputError(f"{self.part}{message}", file=self.path, line=line, column=column)
 
     @contextmanager
     def damage(self, expected: str) -> Iterator[None]:
-        """Turn what libraries raise for damaged files, which may be anything, into an error."""
+        """Convert any exception that a library raises for a damaged file into an `InputError`."""
         try:
             with catch_warnings():
                 simplefilter("ignore")
@@ -98,7 +98,7 @@ class Request:
 
     @property
     def widths(self) -> tuple[int, ...]:
-        """Numbers of columns that mean something without names."""
+        """Numbers of columns with which columns need no names."""
         if self.known is not None:
             return ()
         if self.names is not None:
@@ -106,18 +106,18 @@ class Request:
         return tuple(sorted({9, 1 + 8 * self.count}))
 
     @property
-    def how_to_tell(self) -> str:
-        """The words on what to do where names are not understood."""
+    def columns_hint(self) -> str:
+        """The end of a message about unknown names: how the user can name the columns."""
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
-        return f"{self.option}{said} tells what they are"
+        return f"{self.option}{said} names them"
 
     def by_name(self, members: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-        """Members by their names, of which each is there once.
+        """Return a mapping of members by name.
 
         Raises
         ------
         InputError
-            A name is there twice: no one of them is meant more than the other.
+            A name is there twice.
         """
         found: dict[str, Any] = {}
         for name, x in members:
@@ -127,29 +127,28 @@ class Request:
         return found
 
     def too_long(self, unpacked: int | None = None) -> InputError:
-        """The error for a file that unpacks to too many bytes, so many if that is known."""
+        """Return the error for a file that is too large after unpacking."""
         allowed = "max_bytes=" if self.option == ARGUMENT else "--max-bytes "
-        found = (
-            f"{unpacked} bytes packed" if unpacked else f"more than {self.most_bytes} bytes packed"
-        )
+        found = f"{unpacked} bytes" if unpacked else f"more than {self.most_bytes} bytes"
         return self.error(
-            f"found {found}, expected at most {self.most_bytes}; {allowed}N allows more"
+            f"found {found} after unpacking, expected at most {self.most_bytes}; "
+            f"{allowed}N allows more"
         )
 
     def not_columns(
         self, found: str, line: int | None = None, column: int | None = None
     ) -> InputError:
-        """The error that says what there is in the place of columns, and which were expected."""
+        """Return the error for columns other than the expected ones."""
         widths = " or ".join(map(str, self.widths))
-        said = f"{widths} columns, or columns named {NAMES}; {self.how_to_tell}"
+        said = f"{widths} columns, or columns named {NAMES}; {self.columns_hint}"
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:
-            said = f'{len(self.names)} as {self.option} tells; there "-" stands for one left out'
+            said = f'{len(self.names)} as named in {self.option} (use "-" to skip a column)'
         return self.error(f"found {found}, expected {said}", line, column)
 
     def wrong_width(self, width: int, rows: int, line: int | None = None) -> InputError:
-        """The error for columns without names of which there are too many or too few."""
+        """Return the error for too many or too few columns without names."""
         likely, widths = "", self.widths if self.names is None else ()
         if width + 1 in widths:
             likely = " (is the time missing?)"
@@ -161,12 +160,12 @@ class Request:
 
 
 def maneuver_number(maneuver: Any, count: int) -> int:
-    """The number of a maneuver, from 1 to `count`.
+    """Check the number of a maneuver, from 1 to `count`.
 
     Raises
     ------
     InputError
-        It is none.
+        It is not such a number.
     """
     is_number = isinstance(maneuver, Integral) and not isinstance(maneuver, bool)
     if not (is_number and 1 <= maneuver <= count):

@@ -1,4 +1,4 @@
-"""The bytes of a result file: from a path or standard input, unpacked if gzip packed them."""
+"""The bytes of a result file, from a path or standard input, unpacked if they are gzipped."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ from heyoka_bike.scoring.reading.encodings import encoding_of
 from heyoka_bike.scoring.reading.not_read import folder
 from heyoka_bike.scoring.reading.request import Request
 
-# Whole lines of so much text are read at once; the processor's cache holds what they become.
+# Text is read in blocks of this size: their numbers fit into the processor's cache.
 _BYTES_AT_ONCE = 1 << 21
-# The first of them shows how rows are written: it must hold any heading, and some rows.
+# The first block shows how rows are written: it must contain any heading, and some rows.
 _BYTES_OF_HEAD = 1 << 21
-# Of that so much tells text from other files.
+# The first bytes of the head that distinguish text from other formats.
 _BYTES_OF_SIGNATURE = 4096
 _BYTES_OF_LENGTH = 4
-# Times its size a file may unpack to: deflate has two bits for 258 bytes at best (RFC 1951).
+# Largest compression ratio: deflate needs at least two bits for 258 bytes (RFC 1951).
 _MOST_PACKED = 1032
 _GZIP_SIGNATURE = b"\x1f\x8b"
 
 
 class ResultFile:
-    """A file, or standard input; what gzip packed is unpacked.
+    """A file, or standard input, unpacked if it is gzipped.
 
     Parameters
     ----------
     source
-        Its path, ``-`` for standard input.
+        Path of the file, or ``-`` for standard input.
     request
         The request to read it.
     stack
-        Closes it.
+        Closes the file on exit.
 
     Attributes
     ----------
     request : Request
     stack : ExitStack
     head : bytes
-        What it begins with.
+        The beginning of the file.
     encoding : str
-        Of a text; see `encodings.encoding_of`.
+        Encoding of a text; see `encodings.encoding_of`.
 
     Raises
     ------
     InputError
-        It cannot be read.
+        The file cannot be read.
     """
 
     def __init__(self, source: str | PathLike[str], request: Request, stack: ExitStack) -> None:
         self.request = request
         self.stack = stack
         self._file = self._open(source)
-        # What may still be unpacked; of a file that is not packed nothing is.
+        # Bytes that may still be unpacked; None if the file is not packed.
         self._left: int | None = None
         self._plain = None if source == "-" else Path(source)
         self.head = self._read(_BYTES_OF_HEAD)
@@ -77,36 +77,36 @@ class ResultFile:
 
     @property
     def signature(self) -> bytes:
-        """The first bytes, which tell the format."""
+        """The first bytes, which show the format."""
         return self.head[:_BYTES_OF_SIGNATURE]
 
     def text(self) -> Iterator[bytes]:
-        """All bytes after the mark of the encoding, in pieces."""
+        """Yield all bytes after the byte order mark, in blocks."""
         yield self.head[self._mark :]
         while chunk := self._read(_BYTES_AT_ONCE):
             yield chunk
 
     def content(self) -> bytes:
-        """All bytes, which then are the head."""
+        """Read all bytes into the head, and return it."""
         self.head += self._read(-1)
         return self.head
 
     def stream(self) -> BinaryIO:
-        """The file at its beginning, which is in memory if it cannot seek."""
+        """Return the file at its beginning; a file that cannot seek is read into memory."""
         if self._plain is None or not self._file.seekable():
             return BytesIO(self.content())
         self._file.seek(0)
         return self._file
 
     def path_or_stream(self) -> Path | BinaryIO:
-        """The file by its path, if it is one."""
+        """Return the path if the source is a plain file, otherwise a stream."""
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
     def _refuse_long(self) -> None:
-        """Raise an error at once if a packed file says itself that it is too long.
+        """Raise an error at once if the length stored in a packed file exceeds the limit.
 
-        Its last four bytes are the length of what is packed, modulo 2^32 (RFC 1952, section 2.3.1).
-        Those of a damaged file are anything, and mostly more than can be packed.
+        The last four bytes are the unpacked length, modulo 2^32 (RFC 1952, section 2.3.1). In a
+        damaged file they are arbitrary, and mostly larger than the compression ratio allows.
         """
         if self._plain is None or not self._plain.is_file():
             return
@@ -134,7 +134,7 @@ class ResultFile:
             raise self._unreadable(e) from None
 
     def _read(self, size: int) -> bytes:
-        """So many bytes more; all that are left if the size is -1."""
+        """Read at most `size` more bytes, or all remaining ones if it is -1."""
         try:
             if self._left is None:
                 return self._file.read(size)

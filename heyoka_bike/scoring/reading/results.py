@@ -1,4 +1,4 @@
-"""The results of a program, as its file gives them: nothing converted, no definition assumed."""
+"""The results of a program as its file contains them: nothing converted, no definition assumed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heyoka_bike.scoring.findings import Finding
 
 @dataclass(frozen=True, slots=True)
 class Quantum:
-    """The resolution of a column: how finely its values are written.
+    """The resolution of a column: the number of digits or places of its values.
 
     Attributes
     ----------
@@ -25,9 +25,9 @@ class Quantum:
     digits
         Significant digits in that base; None if the number of places after the point is fixed.
     places
-        Digits after the point, if that is fixed.
+        Number of places after the point; None if that is not fixed.
     step
-        Of which the numbers are multiples, if it is not 1.
+        Factor of the spacing: with a step of 0.5 and no places, values are multiples of 0.5.
     """
 
     base: int
@@ -36,14 +36,14 @@ class Quantum:
     step: float = 1.0
 
     def at(self, values: Array) -> Array:
-        """Distance of neighbouring written numbers at each of the values, in their unit."""
+        """Return the distance of neighbouring written numbers at each value, in its unit."""
         if self.digits is None:
             assert self.places is not None
             return np.full(np.shape(values), self.step * float(self.base) ** -self.places)
         size = np.abs(np.nan_to_num(values, posinf=0.0, neginf=0.0))
         smallest = np.finfo(np.float64).tiny
         exponent = np.floor(np.log(np.maximum(size, smallest)) / np.log(self.base))
-        # The logarithm may be a last digit short of an integer.
+        # Rounding may put the logarithm just below an integer.
         exponent += np.power(float(self.base), exponent + 1) <= size
         spacing = np.power(float(self.base), exponent - self.digits + 1)
         return np.where(size < smallest, 0.0, spacing)
@@ -56,21 +56,21 @@ class Rows:
     Attributes
     ----------
     maneuver
-        Number of the maneuver from 1, None if the file does not tell.
+        Number of the maneuver from 1; None if the file does not contain it.
     time, time_lo : ndarray, shape (n,)
-        Times [s] in ascending order, hi + lo; a written decimal is kept exactly (to 32 digits).
+        Times [s] in ascending order, as hi + lo: the decimals written, to 32 digits.
     values : mapping of str to ndarray, shape (n,)
-        By key of `columns.COMPARED`; any of them may be absent. A number that is missing
-        or not finite is NaN.
+        Values of each column, by key of `columns.COMPARED`; any column may be absent. A number
+        that is missing or not finite is NaN.
     lo : mapping of str to ndarray, shape (n,)
-        The rest beyond binary64, for columns with more digits than that.
+        The low parts of columns with more digits than binary64.
     quantum : mapping of str to Quantum
-        How finely each column is written, ``time`` included.
+        The resolution of each column, including ``time``.
     units : mapping of str to str
-        The unit that the heading of a column names, as `units` has it, where it names one;
-        ``time`` included, if that was not the second.
+        The unit that the heading of a column names, if any, spelt as in `units`; including
+        ``time``, if its unit is not the second.
     may_be : mapping of str to tuple of str
-        All keys that a column may have, this one among them, where its name means several.
+        All keys that a column with an ambiguous name may have, including its present one.
     """
 
     maneuver: int | None
@@ -83,21 +83,21 @@ class Rows:
     may_be: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def written(self, key: str) -> Double:
-        """The values of a column as hi + lo; lo is zero without digits beyond binary64."""
+        """Return the values of a column as hi + lo; lo is zero without digits beyond binary64."""
         hi = self.values[key]
         return hi, self.lo.get(key, np.broadcast_to(0.0, hi.shape))
 
     def spacing(self, key: str, values: Array) -> Array:
-        """Distance of neighbouring written numbers of a column at some values; 0 if unknown."""
+        """Return the distance of neighbouring written numbers at some values; 0 if unknown."""
         quantum = self.quantum.get(key)
         return np.zeros(np.shape(values)) if quantum is None else quantum.at(values)
 
     def only(self, keys: Collection[str]) -> Self:
-        """The same rows with the values of these columns alone."""
+        """Return the same rows with only these columns."""
         return replace(self, values={key: x for key, x in self.values.items() if key in keys})
 
     def at(self, rows: slice | NDArray[Any]) -> Self:
-        """Some of the rows, by a mask or by their indices."""
+        """Return some of the rows, by a mask or by their indices."""
         values, lo = ({k: x[rows] for k, x in of.items()} for of in (self.values, self.lo))
         return replace(self, time=self.time[rows], time_lo=self.time_lo[rows], values=values, lo=lo)
 
@@ -110,7 +110,7 @@ AnyRows = TypeVar("AnyRows", bound=Rows)
 
 
 def renamed(rows: AnyRows, names: Mapping[str, str | None]) -> AnyRows:
-    """The rows with other keys for some columns; those whose key becomes None are left out."""
+    """Return the rows with new keys for some columns; drop columns whose key becomes None."""
 
     def of(columns: Mapping[str, Any]) -> dict[str, Any]:
         named = {names.get(key, key): x for key, x in columns.items()}
@@ -130,12 +130,12 @@ class Results:
     path
         Name of the file (``-`` for standard input).
     format
-        What it was: a name of `formats.FORMATS`, such as ``text``, or ``array``.
+        Format of the file: a name in `formats.FORMATS`, such as ``text``, or ``array``.
     maneuvers : tuple of Rows
     significant_digits
-        Of the column written with the fewest, in decimal digits; None if unknown.
+        Decimal digits of the column written with the fewest digits; None if unknown.
     seen : tuple of Evidence
-        How it was read, where that is not as usual.
+        Anything unusual in reading the file.
     """
 
     path: str
@@ -146,7 +146,7 @@ class Results:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """How it was read, in words, with the numbers behind it."""
+        """The evidence as messages, with the numbers behind them."""
         return tuple(e.finding() for e in self.seen)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Reading of another program's results: files, whose content tells the format, and objects."""
+"""Reading of programs' results: from files, whose content shows the format, and from objects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
-from heyoka_bike.scoring.reading.names.words import told
+from heyoka_bike.scoring.reading.names.suggestions import parse_column_names
 from heyoka_bike.scoring.reading.request import (
     ARGUMENT,
     MOST_UNPACKED,
@@ -28,7 +28,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.table import ReadTable
 
 ARRAY = "array"
-"""Name and format of results that are no file."""
+"""Name and format of results that are not from a file."""
 
 
 @with_usual_errors
@@ -42,32 +42,32 @@ def read_results(
     ----------
     source : path, "-", array-like, mapping or data frame
         A file of one of the `formats`, compressed with gzip or not; ``-`` is standard input. Or an
-        array of shape (n, 9), (n, 1 + 8 count) or (count, n, 9), one with named fields, a mapping,
-        a data frame of pandas, polars or pyarrow, a dataset of xarray, what `simulate` returns, or
-        a mapping of maneuvers' numbers to any of these. Columns are the time [s], which may be the
-        index of a frame, and the benchmark's eight, in its order or named.
+        array of shape (n, 9), (n, 1 + 8 count) or (count, n, 9), an array with named fields, a
+        mapping, a data frame of pandas, polars or pyarrow, a dataset of xarray, the result of
+        `simulate`, or a mapping from maneuver numbers to any of these. The columns are the time
+        [s], which may be the index of a data frame, and the benchmark's eight columns, in its order
+        or with names.
     maneuver
-        Number of the maneuver, from 1, that columns belong to which do not tell.
+        Number, from 1, of the maneuver of columns that do not name one.
     count
-        Number of maneuvers of the reference; by default of the benchmark.
+        Number of maneuvers of the reference; by default that of the benchmark.
     columns
-        What the columns are, in the order of the file, whatever their names in it: ``time``,
-        ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` for one that is left out.
+        Names of the columns in the order of the file; they override those in the file: ``time``,
+        ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` to skip a column.
     max_bytes
-        What a packed file may unpack to.
+        Largest size of an unpacked file [bytes].
 
     Returns
     -------
     Results
-        Columns as written. Times [s] are exact decimals where the file means these.
+        Columns as written. Times [s] are exact decimals if the file means decimals.
 
     Raises
     ------
     InputError
-        A file that cannot be read or that holds no such rows: where, what was found, and what was
-        expected.
+        A file cannot be read, or contains no such rows.
     MissingPackageError
-        A package that is needed for its format is not installed.
+        A package that is needed for the format is not installed.
     """
     count = len(benchmark()[1]) if count is None else count
     if maneuver is not None:
@@ -75,7 +75,7 @@ def read_results(
     is_file = isinstance(source, str | PathLike)
     option = OPTION if is_file else ARGUMENT
     path = printable(str(source)) if is_file else ARRAY
-    names = None if columns is None else told(columns, option)
+    names = None if columns is None else parse_column_names(columns, option)
     request = Request(path, count, maneuver, names, option, most_bytes=max_bytes)
     return assemble(*_read_tables(source, request), request)
 
@@ -86,13 +86,14 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> ReadTable:
     Parameters
     ----------
     source
+        The file or the arrays.
     known
-        True for the names of columns that are looked for.
+        Function that returns True for the name of a wanted column.
 
     Raises
     ------
     InputError, MissingPackageError
-        As of `read_results`.
+        As in `read_results`.
     """
     path = printable(str(source)) if isinstance(source, str | PathLike) else ARRAY
     found, _ = _read_tables(source, Request(path, 1, known=known))
@@ -100,7 +101,7 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> ReadTable:
 
 
 def _read_tables(source: Any, request: Request) -> tuple[list[ReadTable], str]:
-    """Read the tables of a file or of arrays, and tell the format."""
+    """Read the tables of a file or of arrays; also return the format."""
     if not isinstance(source, str | PathLike):
         return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()

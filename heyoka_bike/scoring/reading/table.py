@@ -1,4 +1,4 @@
-"""Columns of the same length as they were read: what every format is read as."""
+"""Tables as they were read: the common form of all formats, columns of the same length."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.reading.names.columns import Heading, parse_heading
+from heyoka_bike.scoring.reading.names.heading import Heading, parse_heading
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 
@@ -23,13 +23,13 @@ class ReadColumn:
     ----------
     values : ndarray, shape (n,)
     lo : ndarray, shape (n,) or None
-        The rest beyond binary64; None if there is none.
+        The low parts of values with more digits than binary64; None if there are none.
     quantum : Quantum
     digits : int or None
-        Significant decimal digits, None if the values do not tell.
+        Significant decimal digits; None if the values do not show them.
     significant : int or None
-        The most digits of a number of a text; 0 for binary numbers, None for hi + lo that is exact
-        already.
+        Largest number of significant digits in a text; 0 for binary numbers, None if hi + lo is
+        already exact.
     """
 
     values: Array
@@ -39,30 +39,30 @@ class ReadColumn:
     significant: int | None = 0
 
     def of_rows(self, rows: NDArray[np.bool_]) -> ReadColumn:
-        """The values of some of the rows."""
+        """Return the column with some of the rows."""
         lo = None if self.lo is None else self.lo[rows]
         return replace(self, values=self.values[rows], lo=lo)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReadTable:
-    """Columns of the same length, by name where they have names: what every format is read as.
+    """Columns of the same length, with their names if they have any.
 
     Attributes
     ----------
     columns : list of ReadColumn
     names : list of str or None
-        Of the columns, if they have any.
+        Names of the columns; None if they have none.
     lines : ndarray of int, shape (n,), or None
-        Number of each row's line in a text, from 1.
+        Line number of each row in a text, from 1.
     heading : int or None
-        Number of the line of the names in a text.
+        Line number of the names in a text.
     is_ordered : bool
-        True if the place of a column means anything.
+        True if the order of the columns is meaningful.
     maneuver : int or None
-        What the file itself says about these columns.
+        Number of the maneuver that the file gives for these columns.
     commented : int or None
-        The only maneuver that comments above them speak of.
+        Number of the maneuver in the comments above the table, if they name only one.
     seen : tuple of Evidence
     """
 
@@ -76,24 +76,24 @@ class ReadTable:
     seen: tuple[Evidence, ...] = ()
 
     def headings(self, request: Request) -> list[Heading]:
-        """The headings of the columns, as the user or the file has them; empty without any."""
+        """Return the headings of the columns, from the user or else the file; empty without any."""
         return [parse_heading(name) for name in request.names or self.names or ()]
 
     def place(self, row: int) -> tuple[str, int]:
-        """Return the word that rows are counted by, ``row`` or ``line``, and the number of one."""
+        """Return the word ``row`` or ``line`` for messages, and the number of this row."""
         return ("row", row + 1) if self.lines is None else ("line", int(self.lines[row]))
 
     def error(
         self, request: Request, row: int, message: str, column: int | None = None
     ) -> InputError:
-        """The error that says in which row, what was found and what was expected."""
+        """Return the error with this message, after the place of the row."""
         counted_by, number = self.place(row)
         if counted_by == "line":
             return request.error(message, number, column)
         return request.error(f"row {number}: {message}")
 
     def of_rows(self, rows: NDArray[np.bool_], maneuver: int | None) -> ReadTable:
-        """The rows that are of this maneuver."""
+        """Return the table with some of the rows, as those of this maneuver."""
         columns = [column.of_rows(rows) for column in self.columns]
         lines = None if self.lines is None else self.lines[rows]
         return replace(self, columns=columns, lines=lines, maneuver=maneuver)

@@ -1,7 +1,7 @@
-"""Times: the exact decimals that the times of a file mean, in order.
+"""Times: the exact decimals that the times of a file mean, in ascending order.
 
-Binary times mean exactly that binary64, unless every one is the number nearest to a multiple of one
-decimal step: then they mean these multiples.
+Binary times usually mean exactly their binary64 values. If every time is the binary64 number
+nearest to a multiple of a decimal step, the times mean these multiples.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from heyoka_bike.scoring.reading.digits import as_single
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Picoseconds; finer decimals are hardly meant.
+# Most decimal places of a step: finer steps than a picosecond are unlikely.
 _MOST_DECIMALS = 12
 _FEWEST_TIMES = 3
-# Digits that single precision numbers are written with; fewer do not show them.
+# Digits with which single precision numbers are written; fewer digits do not show them.
 _DIGITS_OF_SINGLE = (8, 9)
-# Times that only happen to be close to multiples pass with this probability, its logarithm.
+# Decimal logarithm of the largest probability that times are near multiples only by chance.
 _LOG_CHANCE = -6.0
-# Enough rows to see at once that times are no multiples.
+# The first block of times: enough to see that times are not multiples.
 _FIRST_TIMES = 64
-# So many at once: of what is computed on the way a long file needs little memory.
+# Size of the other blocks, which keeps the intermediate arrays of a long file small.
 _TIMES_AT_ONCE = 1 << 16
 
 
@@ -41,9 +41,9 @@ class Times:
     Attributes
     ----------
     hi, lo : ndarray, shape (n,)
-        Ascending [s].
+        Times in ascending order [s].
     order : ndarray of int, shape (n,), or None
-        Index of each time's row in the file; None if they were in order.
+        Index of each time's row in the file; None if the file is in order.
     seen : tuple of Evidence
     """
 
@@ -61,11 +61,11 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
     table
         The columns as read.
     at
-        Place of the times among them.
+        Index of the column of times.
     request
         The request to read them.
     unit
-        In which they were read, one of `UNITS_OF_TIME`.
+        Unit of the times, one of `UNITS_OF_TIME`.
 
     Raises
     ------
@@ -112,12 +112,12 @@ def _are_identical(table: ReadTable, rows: NDArray[np.intp], others: NDArray[np.
 
 
 def in_seconds(times: Double, unit: str) -> Double:
-    """Times in a unit as seconds, as hi + lo."""
+    """Convert times from a unit to seconds, as hi + lo."""
     return _scaled(times, _seconds(unit))
 
 
 def in_unit(times: Double, unit: str) -> Double:
-    """Times in seconds in another unit, as hi + lo."""
+    """Convert times from seconds to another unit, as hi + lo."""
     return _scaled(times, 1 / _seconds(unit))
 
 
@@ -128,9 +128,9 @@ def _seconds(unit: str) -> Fraction:
 
 
 def _scaled(times: Double, by: Fraction) -> Double:
-    """Times multiplied by an integer, or divided by it if that is the inverse of one.
+    """Return the times multiplied by `by`, an integer or the inverse of one.
 
-    Times near the largest number of binary64 do not remain finite.
+    Times near the largest binary64 number may become infinite.
     """
     if by == 1:
         return times
@@ -142,7 +142,7 @@ def _scaled(times: Double, by: Fraction) -> Double:
 
 
 def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:
-    """The table with the nanoseconds of another column added to its times."""
+    """Return the table with the nanoseconds of another column added to its times."""
     more = np.full(len(table.columns[beside].values), 1e9)
     hi, lo = divide((table.columns[beside].values, np.zeros_like(more)), more)
     time, rest = two_sum(table.columns[at].values, hi)
@@ -151,7 +151,9 @@ def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:
 
 
 def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
-    """Decimal multiples of which all times are the nearest binary64, or single precision, numbers.
+    """Find a decimal step such that all times are rounded multiples of it.
+
+    The times may be rounded to binary64 or to single precision.
 
     Parameters
     ----------
@@ -163,17 +165,19 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     Returns
     -------
     (int, ndarray, ndarray) or None
-        The smallest d such that all times mean k 10^-d, and k 10^-d as hi + lo, correctly rounded;
-        None if there is no such d up to 12, or three rows, or it could be chance.
+        The smallest d such that all times mean k 10^-d, and the multiples k 10^-d as correctly
+        rounded hi + lo. None if there is no such d up to 12, if there are fewer than three rows, or
+        if it could be chance.
     """
-    # A larger number is no nearer to one multiple than to another.
+    # Integers above 2^53 are not all representable, so larger times show no multiples.
     if len(hi) < _FEWEST_TIMES or not (np.abs(hi) < 2.0**53).all():
         return None
     single = as_single(hi)
     candidates: list[tuple[Array, type[np.floating]]] = [(hi, np.float64)]
     if (single == hi).all() or (digits in _DIGITS_OF_SINGLE and _are_written(single, hi, digits)):
         candidates.append((single, np.float32))
-    # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
+    # Try both precisions for each step: read as decimals of a smaller step, single precision
+    # numbers such as 0.0700000003 would be multiples, too.
     each = ((d, x, kind) for d in range(_MOST_DECIMALS + 1) for x, kind in candidates)
     found = next(((d, x) for d, x, kind in each if _are_multiples(x, d, kind)), None)
     if found is None:
@@ -184,7 +188,7 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     for piece in _pieces(len(hi)):
         k = np.rint(hi[piece] * ten)
         exact[piece] = k / ten
-        # Every term is exact: what is left has at most 28 bits.
+        # Every term is exact, because the remainder has at most 28 bits.
         p, e = two_product(exact[piece], np.full(len(k), ten))
         lo[piece] = ((k - p) - e) / ten
     return places, exact, lo
@@ -196,12 +200,12 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
     for piece in _pieces(len(hi)):
         times = hi[piece]
         k = np.rint(times * ten)
-        # With more bits no quotient would be correctly rounded, nor mean anything.
+        # With more bits, the quotients would not be correctly rounded.
         if not (np.abs(k) < 2.0**53).all():
             return False
         if not ((k / ten).astype(kind).astype(np.float64) == times).all():
             return False
-        # Of numbers this close together one in so many is the nearest to some multiple.
+        # The probability that a number is nearest to a multiple is its spacing over the step.
         different = times[np.diff(times, prepend=last) != 0]
         last = times[-1]
         with np.errstate(divide="ignore"):
@@ -211,7 +215,7 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
 
 
 def _pieces(count: int) -> Iterator[slice]:
-    """The rows in pieces, the first of which shows at once what times are no multiples."""
+    """Yield the rows in blocks; the first is short, because it usually excludes multiples."""
     at, size = 0, _FIRST_TIMES
     while at < count:
         yield slice(at, at + size)
@@ -219,6 +223,6 @@ def _pieces(count: int) -> Iterator[slice]:
 
 
 def _are_written(single: Array, hi: Array, digits: int) -> bool:
-    """True if the single precision numbers, written with so many digits, give these times."""
+    """True if the single precision numbers, written with this many digits, give these times."""
     both = zip(single.tolist(), hi.tolist(), strict=True)
     return all(float(f"{x:.{digits - 1}e}") == time for x, time in both)

@@ -12,7 +12,7 @@ from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.output_faults import CoarseGrid, HalfPrecision
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum
@@ -68,7 +68,7 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
     # Not np.unique, which imports masked arrays.
-    if len(set(values.tolist())) < FEWEST_TELLING_ROWS:
+    if len(set(values.tolist())) < MIN_ROWS_FOR_SHAPE:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
     if quantum is not None:
@@ -77,7 +77,7 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
         apart = Quantum(2, digits=bits).at(values)
         off = np.abs(values - apart * np.rint(values / apart))
         telling = apart > CLEARLY * least
-        if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
+        if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and np.all(off <= _ROUNDED * least):
             return bits
     return None
 
@@ -179,7 +179,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 def step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
-    apart = apart[apart > FLOORS_OF_ROUNDING * least]
+    apart = apart[apart > MAX_ROUNDING_FLOORS * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
     step = _common(np.sort(apart)[:_DISTANCES], least)
@@ -211,4 +211,4 @@ def _common(distances: Array, least: float) -> float | None:
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
     off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
-    return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least
+    return step > BY_FAR * least and off <= MAX_ROUNDING_FLOORS * least

@@ -8,7 +8,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
@@ -67,7 +67,7 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
     Signs are ignored and default definitions assumed: those that were recognised mean nothing if
     the rows are reversed.
     """
-    if m.rows < FEWEST_TELLING_ROWS:
+    if m.rows < MIN_ROWS_FOR_SHAPE:
         return False
     ends = []
     for key in (*LATERAL, "forward_speed"):
@@ -91,7 +91,7 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
         # With few digits a motion that dies away also seems to rest for a while before it goes on.
         others = [
             c for c in whole
-            if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
+            if still[c.key] < max(MIN_ROWS_FOR_SHAPE, AS_GOOD * _still_before(c))
         ]  # fmt: skip
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]

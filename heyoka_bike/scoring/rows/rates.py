@@ -18,7 +18,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RateOfDifferences,
     RateOfOtherRow,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
@@ -61,7 +61,7 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
     if key not in m or angle_key not in m:
         return False
     rate, angle = m[key], m[angle_key]
-    is_whole = rate.values == angle.values == m.rows >= FEWEST_TELLING_ROWS
+    is_whole = rate.values == angle.values == m.rows >= MIN_ROWS_FOR_SHAPE
     time = rate.trace.time
     if not is_whole or not np.all(np.diff(time) > 0.0):
         return False
@@ -94,7 +94,7 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
     if key not in m or LATERAL_ANGLES[key] not in m:
         return None
     rate, angle = m[key], m[LATERAL_ANGLES[key]]
-    is_told = rate.values >= FEWEST_TELLING_ROWS
+    is_told = rate.values >= MIN_ROWS_FOR_SHAPE
     is_told = is_told and np.array_equal(rate.trace.time, angle.trace.time)
     return (rate, angle) if is_told else None
 
@@ -127,13 +127,13 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     }
     smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
     step = float(np.min(np.diff(time)))
-    least = FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    least = MAX_ROUNDING_FLOORS * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
         # Where the digits tell such a difference from the slope of the angle.
         telling = np.abs(slope - smooth[rows]) > CLEARLY * least
-        if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
+        if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and all(
             np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
         ):
             found.add(how)

@@ -28,7 +28,7 @@ class Undone:
     parts: tuple[Part, ...]
 
 
-Look = Callable[[Report], Undone | None]
+RowCheck = Callable[[Report], Undone | None]
 """A function that looks for one kind of change in the rows of a report; None if it sees none."""
 
 

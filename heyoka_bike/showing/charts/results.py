@@ -9,6 +9,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.evidence.words import counted, ratio_words, unit_text
 from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.runs import Run, Series
@@ -16,16 +17,9 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.charts import chart as draw
 from heyoka_bike.showing.charts.chart import ChartAxis, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.document.html import prose
-from heyoka_bike.showing.wording import (
-    counted,
-    in_unit,
-    label,
-    number,
-    plain,
-    ratio_words,
-    run_name,
-    unit_text,
-)
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.number_text import in_unit, number, plain
+from heyoka_bike.showing.wording.run_text import run_name
 
 _ALL_HEIGHT, _COST_HEIGHT, _PROGRAMS_HEIGHT, _ONE_HEIGHT = 300, 280, 160, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Self
 
 from heyoka_bike.errors import printable
-from heyoka_bike.showing.wording import Grade
+from heyoka_bike.scoring.grades import Grade
 
 TEXT, HTML, PAGE, NOTEBOOK = "text", "html", "page", "notebook"
 """Media; a page and a notebook are both HTML."""

@@ -13,8 +13,9 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing import document as doc
-from heyoka_bike.showing.wording import MEANINGS, SIGNS, WORDS, Grade
+from heyoka_bike.showing.wording.grade_text import MEANINGS, SIGNS, WORDS
 
 PAGE_STYLE = Path(__file__).with_name("page.css")
 SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")

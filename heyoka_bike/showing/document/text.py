@@ -8,9 +8,10 @@ import textwrap
 from collections.abc import Sequence
 from itertools import zip_longest
 
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.document import brief
-from heyoka_bike.showing.wording import ASCII_SIGNS, MEANINGS, Grade
+from heyoka_bike.showing.wording.grade_text import ASCII_SIGNS, MEANINGS
 
 PROSE = 100
 """The longest line of text, and what a table of scores fits into."""

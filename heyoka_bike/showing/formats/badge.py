@@ -6,17 +6,13 @@ where it was written.
 
 import json
 
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
-from heyoka_bike.showing.wording import (
-    PHRASES,
-    WORDS,
-    Grade,
-    chosen,
-    file_grade,
-    one_decimal,
-    style_of,
-)
+from heyoka_bike.showing.wording.grade_text import WORDS, file_grade, style_of
+from heyoka_bike.showing.wording.number_text import one_decimal
+from heyoka_bike.showing.wording.run_text import chosen
+from heyoka_bike.showing.wording.verdict_text import PHRASES
 
 LABEL = "uncontrolled bicycle"
 COLORS = {

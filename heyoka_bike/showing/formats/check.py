@@ -8,10 +8,10 @@ from typing import Any
 
 from heyoka_bike.bicycle.instant_columns import UNITS
 from heyoka_bike.errors import quoted, shortened
+from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
 from heyoka_bike.showing.formats.json import clean
-from heyoka_bike.showing.wording import counted
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1

@@ -15,17 +15,12 @@ from heyoka_bike.scoring.outcomes import Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import Measures
-from heyoka_bike.scoring.verdict import WHOLE
+from heyoka_bike.scoring.verdict import MIN_COVERAGE
 from heyoka_bike.showing.formats.json import clean
-from heyoka_bike.showing.wording import (
-    PHRASES,
-    WORDS,
-    by_severity,
-    percent,
-    reports,
-    sentence,
-    verdict,
-)
+from heyoka_bike.showing.wording.grade_text import WORDS
+from heyoka_bike.showing.wording.number_text import percent, sentence
+from heyoka_bike.showing.wording.run_text import reports
+from heyoka_bike.showing.wording.verdict_text import PHRASES, by_severity, verdict
 
 
 def render(scored: Report | Series) -> str:
@@ -79,7 +74,7 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
     if report.requirements:
         return
     for m in report.maneuvers:
-        part = "" if m.coverage >= WHOLE else f"{PHRASES['in_part']}: {percent(m.coverage)}"
+        part = "" if m.coverage >= MIN_COVERAGE else f"{PHRASES['in_part']}: {percent(m.coverage)}"
         graded = {c.key: c.grade for c in m.columns}
         for key in dict.fromkeys([*graded, *BENCHMARK_COLUMNS]):
             grade = graded.get(key, Grade.UNKNOWN)

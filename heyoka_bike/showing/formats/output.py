@@ -39,7 +39,7 @@ def render(
     name
         One of `FORMATS`, or ``summary``.
     made
-        When and how; by default now, see `wording.origin`.
+        When and how; by default now, see `wording.origin_text`.
     width, has_colors, has_details
         Of text, see `document.text.render`.
     written
@@ -47,7 +47,7 @@ def render(
     """
     if name in ("html", "table"):
         from heyoka_bike.showing.document import html, text
-        from heyoka_bike.showing.formats.report import document
+        from heyoka_bike.showing.formats.report_document import document
 
         found = document(scored, made)
         if name == "html":
@@ -72,7 +72,7 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
     InputError
         No such format, a file that cannot be written, or one of the files that were scored.
     """
-    from heyoka_bike.showing.wording import reports
+    from heyoka_bike.showing.wording.run_text import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     file = Path(path)

@@ -19,15 +19,17 @@ from heyoka_bike.scoring.evidence.column_meaning import (
     SensesOpposed,
     SignContradiction,
 )
+from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Severity, named
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
-from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import Paragraph, text
-from heyoka_bike.showing.formats.report import conventions
-from heyoka_bike.showing.sayings import findings
-from heyoka_bike.showing.wording import Grade, file_grade
+from heyoka_bike.showing.formats.report_document import conventions
+from heyoka_bike.showing.wording import number_text, run_text, verdict_text
+from heyoka_bike.showing.wording.finding_text import findings
+from heyoka_bike.showing.wording.grade_text import file_grade
 
 _MOST_RUNS_SHOWN = 4  # of a series, each on a line
 _LETTERS_OF_NAMES = 14  # letters at the start of a line
@@ -59,7 +61,7 @@ def render(
         page.brief("", _verdict(scored), 2, f"verdict {file_grade(scored).style}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
-        page.brief("", words.series_verdict(scored), 2, "verdict")
+        page.brief("", verdict_text.series_verdict(scored), 2, "verdict")
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
     for name, said, lines in entries:
         if said:
@@ -90,7 +92,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     own = [x for x in report.seen if isinstance(x, Conventions)]
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
     is_usual &= not any(f.code == "units_beside" for f in report.diagnosis)
-    paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
+    paragraphs = [verdict_text.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
     paragraphs += [f.message for f in findings([*own, *beside])]
     head = "\n\n".join(map(_filled, paragraphs)) + "\n"
     is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
@@ -107,7 +109,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
             break
         shown.append(said)
     left = len(told) - len(shown)
-    more = [f"{words.counted(left, 'more remark')}: --details"] if left else []
+    more = [f"{counted(left, 'more remark')}: --details"] if left else []
     return "\n".join([head, *shown, *more, *stops])
 
 
@@ -117,16 +119,16 @@ def _filled(paragraph: str) -> str:
 
 def _report(report: Report) -> Iterator[_Entry]:
     digits = (
-        f"maneuver {m.maneuver}: {words.one_decimal(m.worst and m.worst.scd)}"
+        f"maneuver {m.maneuver}: {number_text.one_decimal(m.worst and m.worst.scd)}"
         for m in report.maneuvers
     )
     judged = (
-        f"maneuver {m.maneuver}: {words.performance_words(m)}, by the energy alone"
+        f"maneuver {m.maneuver}: {verdict_text.performance_words(m)}, by the energy alone"
         for m in report.maneuvers
         if m.performance_limit is not None
     )
     yield "digits", ", ".join(digits), 1
-    yield "worst", words.worst_error_words(report), 1
+    yield "worst", verdict_text.worst_error_words(report), 1
     yield "conventions", conventions(report), 2
     yield "eq. (1)", ", ".join(judged), 1
     yield "required", _unmet(report), 1
@@ -137,44 +139,50 @@ def _series(series: Series) -> Iterator[_Entry]:
     shown = (
         series.runs if len(series.runs) <= _MOST_RUNS_SHOWN else series.runs[: _MOST_RUNS_SHOWN - 1]
     )
-    names = [words.run_name(series, run) for run in shown]
+    names = [run_text.run_name(series, run) for run in shown]
     wide = max(map(len, names))
     for name, run in zip(names, shown, strict=True):
-        yield "", f"{name:<{wide}}  {words.graded(run.report)}", 1
+        yield "", f"{name:<{wide}}  {verdict_text.graded(run.report)}", 1
     if len(shown) < len(series.runs):
         yield "", f"and {len(series.runs) - len(shown)} more", 1
-    yield "required", words.requirement_words(series), 1
-    found = words.by_severity(series.findings)
-    yield "found", words.sentence(found[0].message) if found else "", 2
+    yield "required", verdict_text.requirement_words(series), 1
+    found = verdict_text.by_severity(series.findings)
+    yield "found", number_text.sentence(found[0].message) if found else "", 2
 
 
 def _verdict(report: Report) -> str:
     """The verdict without the requirements, which have a line of their own."""
-    said = "; ".join([words.graded(report), *words.caveats(report)])
+    said = "; ".join([verdict_text.graded(report), *verdict_text.caveats(report)])
     return f"{printable(report.file.path)}: {said}"
 
 
 def _unmet(report: Report) -> str:
     first = next((r for r in report.requirements if not r.met), None)
-    said = words.requirement_words(report)
+    said = verdict_text.requirement_words(report)
     return (
-        f"{said}: {printable(first.text)}, found {words.sentence(first.message)}" if first else said
+        f"{said}: {printable(first.text)}, found {number_text.sentence(first.message)}"
+        if first
+        else said
     )
 
 
 def _warnings(report: Report) -> str:
     first = next((f for f in report.said if f.severity == Severity.WARNING), None)
-    return f"{words.warnings_words(report)}: {words.sentence(first.message)}" if first else ""
+    return (
+        f"{verdict_text.warnings_words(report)}: {number_text.sentence(first.message)}"
+        if first
+        else ""
+    )
 
 
 def _next(report: Report, in_python: bool) -> str:
     """Return the next step after a report."""
     if report.diagnosis:
-        return words.sentence(report.diagnosis[0].message)
+        return number_text.sentence(report.diagnosis[0].message)
     found = file_grade(report)
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"
-    if own := words.own_definitions(report):
+    if own := verdict_text.own_definitions(report):
         meant = "the point or axis that it is of" if len(own) == 1 else "the points or axes of them"
         command = _call(report) if in_python else _command("diagnose", report)
         return f"say what {named(own)} is, {meant}; if it is the usual one: {command}"

@@ -36,7 +36,7 @@ from heyoka_bike.motion.events import (
     zeros,
 )
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Evaluator, TellTime, Trajectory, evaluator
+from heyoka_bike.motion.trajectory import Evaluator, OnTime, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure
@@ -45,7 +45,7 @@ from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.manifest import MOST_BYTES_OF_SET, read_inside
 from heyoka_bike.reference.proof.candidate import parse_candidate
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.system.jobs import TellStage
+from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import after_folder
 from heyoka_bike.workbench.after_ten_seconds.limit_cycle import Cycle, prove_cycle
@@ -96,7 +96,7 @@ def _steer_rate(equations: Equations, state: Sequence[Number]) -> Number:
     return equations.unfold(state)[1].steer_rate
 
 
-def cycle_fact(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Fact:
+def cycle_fact(run: Trajectory, like: Maneuver, progress: OnTime | None = None) -> Fact:
     """Prove the cycle near a candidate that has the energy of a maneuver.
 
     Raises
@@ -139,7 +139,7 @@ def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
     return _fact(maneuver, SETTLING, {"final speed [m/s]": speed})
 
 
-def fall_fact(run: Trajectory, progress: TellTime | None = None) -> Fact:
+def fall_fact(run: Trajectory, progress: OnTime | None = None) -> Fact:
     """Prove when the rear wheel leaves the floor.
 
     Raises
@@ -252,7 +252,7 @@ def prove_facts(
     return weaving, settling_fact(bicycle, maneuvers[1]), falling
 
 
-def _prove(run: Trajectory, like: Maneuver | None, report: TellStage) -> Fact:
+def _prove(run: Trajectory, like: Maneuver | None, report: OnStage) -> Fact:
     def progress(t: float) -> None:
         report("certify", t)
 
@@ -391,7 +391,7 @@ class ProvedLift:
 
 
 def prove_lift(
-    bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: TellTime | None = None
+    bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: OnTime | None = None
 ) -> ProvedLift:
     """Prove when a wheel first leaves the floor, or that none does within the maneuver.
 

@@ -42,7 +42,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.events import UPRIGHT, events
-from heyoka_bike.motion.trajectory import Certificate, Piece, TellTime, Trajectory, evaluator
+from heyoka_bike.motion.trajectory import Certificate, OnTime, Piece, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
     BallVector,
@@ -202,7 +202,7 @@ class Cycle:
         return all(abs(x) < 1 for x in self.multipliers)
 
 
-def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Cycle:
+def prove_cycle(run: Trajectory, like: Maneuver, progress: OnTime | None = None) -> Cycle:
     """Prove the cycle near a candidate, with the energy of a maneuver.
 
     Parameters

@@ -53,7 +53,7 @@ from heyoka_bike.workbench.atlas.runs import (
     WINDOW,
     Runs,
 )
-from heyoka_bike.workbench.fast.vector_code import STATE
+from heyoka_bike.workbench.fast.vector_code import STATE_SIZE
 
 
 def tops(values: Array) -> tuple[Array, Array]:
@@ -103,10 +103,10 @@ def first_negative(values: Array) -> Array:
 SECONDS = 10
 """The magnification is the largest over this time [s]."""
 
-EARLY = 2
+EARLY_OVERSAMPLING = 2
 """Oversampling within these seconds, because magnification comes in bursts."""
 
-_SECONDS_OF_STEP = 2 * SPACING / EARLY
+_SECONDS_OF_STEP = 2 * SPACING / EARLY_OVERSAMPLING
 _TERMS_OF_EXPONENTIAL = 12  # of the series of the matrix exponential
 # Step in roll and steer for differences of the pitch [rad]. The pitch is even about straight
 # running, so its slopes are accurate to 1e-10.
@@ -154,7 +154,7 @@ def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
 
 def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
     """Return derivatives of the state by the start (see `START`), shape (motions, 6, 5)."""
-    found = np.zeros((len(states), STATE, len(START)))
+    found = np.zeros((len(states), STATE_SIZE, len(START)))
     for column, row in enumerate(LATERAL):
         found[:, row, column] = 1.0
     found[:, SPIN, -1] = 1 / length
@@ -266,7 +266,7 @@ class _Course:
         for name in ("largest_lean", "largest_steer", "fate_time"):
             self.found[name][:] = 0.0
         self.steps = np.abs(starts[:, -1])
-        self.before = np.full((count, 1, STATE), np.nan)
+        self.before = np.full((count, 1, STATE_SIZE), np.nan)
         self.recent = np.full((count, _WINDOWS_OF_WEAVE * WINDOW, 2), np.nan)
         self.left = np.flatnonzero(np.isfinite(self.states).all(axis=1))
 
@@ -277,18 +277,18 @@ class _Course:
             left = self.left
             if not len(left):
                 break
-            part = EARLY if begin < SECONDS else 1
+            part = EARLY_OVERSAMPLING if begin < SECONDS else 1
             samples, ends, self.steps[left] = self.runs.follow(
                 self.states[left], self.which[left], self.steps[left],
                 spacing=SPACING / part, count=WINDOW * part,
             )  # fmt: skip
             if begin < SECONDS and not is_brief:
-                whole = np.full((len(self.states), WINDOW * part + 1, STATE), np.nan)
+                whole = np.full((len(self.states), WINDOW * part + 1, STATE_SIZE), np.nan)
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
             # Index of the sample before the next window, at the spacing of that window.
-            then = EARLY if begin + _SECONDS_OF_WINDOW < SECONDS else 1
+            then = EARLY_OVERSAMPLING if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
         self._give_up(longest)

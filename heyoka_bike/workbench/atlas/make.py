@@ -46,7 +46,7 @@ def changes(axis: Array, row: Array) -> tuple[Array, Array]:
     return axis[np.where(ahead, places, places + 1)], axis[np.where(ahead, places + 1, places)]
 
 
-def edge(
+def bisect_boundary(
     design: Design, at: Array, stays: Array, falls: Array, report: Any = None
 ) -> tuple[Array, Array, Array]:
     """Bisect changes to neighbouring binary64 numbers.
@@ -149,7 +149,7 @@ def make_atlas(
     if not has_edge:
         jobs = list(_edge_jobs(design, store))
         parts = side_by_side(
-            edge, jobs, done=lambda n: progress(1 - _EDGE_SHARE * (1 - n / len(jobs)))
+            bisect_boundary, jobs, done=lambda n: progress(1 - _EDGE_SHARE * (1 - n / len(jobs)))
         )
         together = [np.concatenate(x) for x in zip(*parts, strict=True)]
         store.put_edge(Edge(*together))
@@ -158,7 +158,7 @@ def make_atlas(
 
 
 def _edge_jobs(design: Design, store: AtlasStore) -> Iterator[tuple[Design, Array, Array, Array]]:
-    """Yield arguments of `edge` for the changes of all rows, several together."""
+    """Yield arguments of `bisect_boundary` for the changes of all rows, several together."""
     first, second = (axis.values for axis in design.axes)
     for begin in range(0, len(first), design.side):
         rows = range(begin, min(begin + design.side, len(first)))

@@ -37,9 +37,9 @@ from heyoka_bike.motion.heyoka_adapter import (
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals
-from heyoka_bike.workbench.fast.vector_code import STATE
+from heyoka_bike.workbench.fast.vector_code import STATE_SIZE
 
-ROLL, PITCH, STEER, ROLL_RATE, STEER_RATE, SPIN = range(STATE)
+ROLL, PITCH, STEER, ROLL_RATE, STEER_RATE, SPIN = range(STATE_SIZE)
 LATERAL = (ROLL, STEER, ROLL_RATE, STEER_RATE)
 """Variables that are zero in straight running."""
 
@@ -58,7 +58,7 @@ long as the distance to a singularity, which a coarse step could jump over."""
 _MOST_STEPS = 20_000  # in a window
 # Positions of the time and the norm in the state of the compiled step. The time is divided by a
 # power of two, which keeps it exact, and small compared with the norm in long runs.
-_CLOCK, _NORM, _TICK = STATE, STATE + 1, 1024.0
+_CLOCK, _NORM, _TICK = STATE_SIZE, STATE_SIZE + 1, 1024.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +131,7 @@ class Runs:
     def slopes(self, states: Array, which: Array) -> Array:
         """Return derivatives of the rates by the state, shape (motions, samples, 6, 6)."""
         found = self._evaluated(self._code.slopes, states, which)
-        return found.reshape(*states.shape[:2], STATE, STATE)
+        return found.reshape(*states.shape[:2], STATE_SIZE, STATE_SIZE)
 
     def follow(
         self, states: Array, which: Array, order: Array, *,
@@ -159,7 +159,7 @@ class Runs:
         steps : ndarray, shape (motions,)
             Number of steps.
         """
-        samples = np.full((len(states), count + 1, STATE), np.nan)
+        samples = np.full((len(states), count + 1, STATE_SIZE), np.nan)
         ends = np.full(len(states), np.nan)
         steps = np.empty(len(states))
         at = np.repeat(np.arange(count + 1)[:, None] * spacing, self._code.step.lanes, axis=1)
@@ -168,7 +168,7 @@ class Runs:
             left = places[begin : begin + self._code.step.lanes]
             while len(left):
                 found = self._propagate(states[left], which[left], at)
-                grid, times = found.samples[:, :STATE], found.times
+                grid, times = found.samples[:, :STATE_SIZE], found.times
                 # A motion that ends interrupts the others, which are run again without it.
                 # A lane may reach its end in the very step that ends another.
                 is_there = times[: len(left)] == at[-1, 0]
@@ -191,7 +191,7 @@ class Runs:
         states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
         which = np.concatenate([which, np.repeat(which[:1], free)])
         begin = np.zeros((_NORM + 1, step.lanes))
-        begin[:STATE], begin[_NORM] = states.T, self._norm
+        begin[:STATE_SIZE], begin[_NORM] = states.T, self._norm
         numbers = None if self._is_single else self._numbers[: step.parameters, which]
         return step.over(begin, at, numbers, most_steps=_MOST_STEPS)
 
@@ -199,7 +199,7 @@ class Runs:
         numbers = None
         if not self._is_single:
             numbers = self._numbers[: function.parameters, np.repeat(which, states.shape[1])]
-        found = function(states.reshape(-1, STATE).T, numbers)
+        found = function(states.reshape(-1, STATE_SIZE).T, numbers)
         return np.ascontiguousarray(found.T).reshape(*states.shape[:2], -1)
 
 
@@ -215,7 +215,7 @@ def _code(constants: tuple[float | None, ...], order: int, template: _Template) 
     """Compile code for given constants; None marks a constant that is read at run time."""
     symbols = iter([parameter(i) if x is None else constant(x) for i, x in enumerate(constants)])
     equations = template.equations.convert(lambda _: next(symbols), Expressions())
-    state = variables(equations.states)[:STATE]
+    state = variables(equations.states)[:STATE_SIZE]
     turn = turn_divisor(equations.unfold(state)[0])
     ends = [state[STEER] * state[STEER] - ACROSS * ACROSS, turn * turn - LEAST_TURN * LEAST_TURN]
     floor = forces(equations, state)

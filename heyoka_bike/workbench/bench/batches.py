@@ -24,7 +24,7 @@ from heyoka_bike.workbench.bench.compiled import operations
 from heyoka_bike.workbench.bench.problem import Measured, seconds
 from heyoka_bike.workbench.fast.ensemble import Ensemble
 from heyoka_bike.workbench.fast.simulate import prepare
-from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, fused, module
+from heyoka_bike.workbench.fast.vector_code import LANES, Code, Loop, function, fused, module
 
 _CHAINS = 12  # more than the cycles of latency of a product
 _LOOPS, _TURNS, _RUNS_OF_BATCHES = 5_000, 40, 20
@@ -57,9 +57,9 @@ def _peak() -> float:
         loops[0] += 1
     c.do("ret void")
     run = function(module(c), "peak", None, ctypes.c_void_p)
-    numbers = (ctypes.c_double * (POINTS * _CHAINS))()
+    numbers = (ctypes.c_double * (LANES * _CHAINS))()
     shortest = min(seconds(lambda: run(numbers)) for _ in range(_RUNS_OF_BATCHES))
-    return _LOOPS * _TURNS * _CHAINS * POINTS / shortest
+    return _LOOPS * _TURNS * _CHAINS * LANES / shortest
 
 
 ENSEMBLES = (1e-6, "roundoff")

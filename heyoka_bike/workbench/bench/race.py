@@ -358,7 +358,7 @@ CLASSES: Mapping[str, str] = {
 }
 """The common property of the codes of each class."""
 
-TellPart = Callable[[str, float], None]
+OnPart = Callable[[str, float], None]
 """Called with a description of the current work and the completed fraction, 0 to 1."""
 
 # [s] for all runs of a code; a slow code runs less often, but at least `_MIN_RUNS` times
@@ -402,7 +402,7 @@ def bench(
     runs: int,
     *,
     is_quick: bool = False,
-    progress: TellPart | None = None,
+    progress: OnPart | None = None,
 ) -> list[Timing]:
     """Time every code in every class, the codes of a class in turns.
 
@@ -449,7 +449,7 @@ def bench(
     return lines
 
 
-def work_precision(problem: ReferenceProblem, progress: TellPart | None = None) -> list[Measured]:
+def work_precision(problem: ReferenceProblem, progress: OnPart | None = None) -> list[Measured]:
     """Measure each available code at many tolerances, except compact heyoka and Exudyn.
 
     The tolerance is in the code's own sense; ``min_ms`` is the time of the shortest run [ms].

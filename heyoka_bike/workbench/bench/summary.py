@@ -19,7 +19,7 @@ from heyoka_bike.workbench.bench.batches import first_result, floor, long_runs, 
 from heyoka_bike.workbench.bench.compiled import FLAGS
 from heyoka_bike.workbench.bench.precise import costs, precise
 from heyoka_bike.workbench.bench.problem import ReferenceProblem, judged
-from heyoka_bike.workbench.bench.race import CLASSES, TellPart, Timing
+from heyoka_bike.workbench.bench.race import CLASSES, OnPart, Timing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +31,7 @@ _TABLE_WIDTH = 170
 
 
 def measure(
-    main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: TellPart, *,
+    main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: OnPart, *,
     is_quick: bool, with_points: bool, with_costs: bool, folder: str | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Time every code and return JSON values.

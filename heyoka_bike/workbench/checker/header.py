@@ -22,10 +22,11 @@ from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
 from heyoka_bike.reference.exports.formats import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE
+from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE, Grade
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
-from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
+from heyoka_bike.showing.wording.grade_text import WORDS
+from heyoka_bike.showing.wording.verdict_text import PHRASES
 
 # Variables of the reduced equations, with the forward speed instead of the spin.
 _STATES_STORED = (

@@ -21,21 +21,17 @@ from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import recognition
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, may_mean
-from heyoka_bike.scoring.reading.names.units import quantities
+from heyoka_bike.scoring.reading.names.heading import KEYS, TIME, may_mean
+from heyoka_bike.scoring.reading.names.heading_units import quantities
 from heyoka_bike.scoring.units import UNITS
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.wording import (
-    MEANINGS,
-    PHRASES,
-    SIGNS,
-    WORDS,
-    Grade,
-    label,
-    reference_words,
-)
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.grade_text import MEANINGS, SIGNS, WORDS
+from heyoka_bike.showing.wording.origin_text import reference_words
+from heyoka_bike.showing.wording.verdict_text import PHRASES
 from heyoka_bike.workbench.replay import scenes
 from heyoka_bike.workbench.replay.page import PITCH_SCRIPT, drawing, stage
 from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
@@ -104,7 +100,7 @@ def _recognition_data(reference: Reference) -> dict[str, Any]:
         "exact": recognition.EXACT,
         "far": recognition.FAR,
         "clearly": CLEARLY,
-        "farthest": HALF,
+        "farthest": MEANINGLESS_ERROR,
         "mostRows": recognition.MOST_ROWS_OF_SPAN,
         "logOdds": recognition.LOG_ODDS_AS_WRITTEN,
         "roundoff": recognition.ROUNDOFF,

@@ -33,10 +33,10 @@ from heyoka_bike.workbench.fast.simulate import choose
 from heyoka_bike.workbench.fast.vector_code import (
     ADDRESS,
     COUNT,
+    LANES,
     MOST_STEPS,
     NUMBER,
-    POINTS,
-    STATE,
+    STATE_SIZE,
     function,
 )
 
@@ -83,11 +83,11 @@ def ends_source(equations: Equations) -> str:
     with v.Loop(c) as groups:
         groups.leave(group[0] >= end)
         places = [stride * i + group[0] for i in range(len(BENCHMARK_COLUMNS))]
-        y.store(states.vectors(x)[0] for x in places[: v.STATE])
-        lost.store([0.0] * v.STATE)
+        y.store(states.vectors(x)[0] for x in places[: v.STATE_SIZE])
+        lost.store([0.0] * v.STATE_SIZE)
         call_rates(y, k[0])
         energy = columns_and_trail(equations, y.load())[ENERGY]
-        t, wish, steps = c.variable(c.vector([0.0] * v.POINTS)), c.variable(first), c.variable(0)
+        t, wish, steps = c.variable(c.vector([0.0] * v.LANES)), c.variable(first), c.variable(0)
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
             now, is_ended = t[0], t[0] >= until
@@ -103,7 +103,7 @@ def ends_source(equations: Equations) -> str:
             rests = x - (after.load() - before)
             fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
             both = v.fused(third, 0.01, fifth).at_least(1e-300)
-            error = h * fifth * v.STATE**-0.5 / both.sqrt()
+            error = h * fifth * v.STATE_SIZE**-0.5 / both.sqrt()
             is_good = error <= 1.0
             change = (
                 (_SAFETY / v.eighth_root(error))
@@ -128,7 +128,7 @@ def ends_source(equations: Equations) -> str:
         is_kept = abs(found[ENERGY] - energy) <= allowed
         for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
             columns.vectors(place)[0] = value
-        group[0] += v.POINTS
+        group[0] += v.LANES
     c.do("ret void")
     return v.module(rates_code(equations), c)
 
@@ -162,7 +162,7 @@ TOLERANCES: Mapping[str | float, float] = {
 
 _ARGUMENTS_OF_ENSEMBLE = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
 # Motions per job of a thread: small enough that no thread gets all the slow motions.
-_MOTIONS_OF_A_PART = 16 * POINTS
+_MOTIONS_OF_A_PART = 16 * LANES
 
 
 class Ensemble:
@@ -212,10 +212,10 @@ class Ensemble:
             SI units; NaN for a motion that meets a singularity, or zero trail.
         """
         states = _states(self._constants, np.asarray(starts, dtype=float))
-        order = np.argsort(states[STATE - 1])
+        order = np.argsort(states[STATE_SIZE - 1])
         count = len(order)
         # Fill up the last vector with copies of its first motion.
-        filled = np.concatenate([order, np.full(-count % POINTS, order[-1])])
+        filled = np.concatenate([order, np.full(-count % LANES, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
         parts = [
@@ -247,4 +247,4 @@ def _states(k: Constants, starts: Array) -> Array:
     spin = speed / k.length
     pitch = pitch_on_the_floor(k, roll, np.zeros(len(starts)), steer)
     regular = (roll, pitch, steer, roll_rate, steer_rate, spin, np.zeros(len(starts)))
-    return np.array(few_product_state(k, Arrays(), regular)[:STATE])
+    return np.array(few_product_state(k, Arrays(), regular)[:STATE_SIZE])

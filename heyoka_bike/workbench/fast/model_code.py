@@ -8,10 +8,10 @@ from typing import Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
-from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Register, turns
+from heyoka_bike.workbench.fast.vector_code import STATE_SIZE, Code, Memory, Register, turns
 
 ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
-_NAMES_OF_STATE = [f"y{i}" for i in range(STATE)]
+_NAMES_OF_STATE = [f"y{i}" for i in range(STATE_SIZE)]
 _OPERATORS_OF_CODE = {
     "+": operator.add,
     "-": operator.sub,

@@ -34,7 +34,7 @@ from heyoka_bike.workbench.fast.vector_code import (
     COUNT,
     MOST_STEPS,
     NUMBER,
-    STATE,
+    STATE_SIZE,
     function,
 )
 
@@ -271,7 +271,7 @@ class Prepared:
 
     def states(self) -> Array:
         """Return states at the rows in the variables of the form, shape (maneuvers, rows, 6)."""
-        found = np.empty((len(self._motions), STATE, len(self.times)))
+        found = np.empty((len(self._motions), STATE_SIZE, len(self.times)))
         for motion, states in zip(self._motions, found, strict=True):
             motion(states)
         return found.transpose(0, 2, 1)
@@ -280,7 +280,7 @@ class Prepared:
         self._is_regular = is_regular
         self._run = _code(tuple(self.bicycle.values.items()), is_regular)
         equations = Equations.of(self.bicycle, Balls(_BITS_OF_START), is_regular=is_regular)
-        states = [initial_state(equations, m)[:STATE] for m in self.maneuvers]
+        states = [initial_state(equations, m)[:STATE_SIZE] for m in self.maneuvers]
         self._starts = [np.array([float(x.mid()) for x in state]) for state in states]
         self._motions = [_motion(self._run, x, self.times, self.tolerance) for x in self._starts]
 

@@ -27,7 +27,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.workbench.fast import vector_code as v
 from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
-from heyoka_bike.workbench.fast.vector_code import POINTS, Register, fused
+from heyoka_bike.workbench.fast.vector_code import LANES, Register, fused
 
 _BITS_OF_NODES = 160
 
@@ -68,15 +68,15 @@ def collocation() -> Collocation:
     """
     with working_bits(_BITS_OF_NODES):
         # Zeros of P_8 - P_7 on 0 to 1, with Legendre polynomials P.
-        difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
+        difference = flint.fmpq_poly.legendre_p(LANES) - flint.fmpq_poly.legendre_p(LANES - 1)
         roots: Any = difference.complex_roots()
         points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
-        powers = flint.arb_mat([[c**j for j in range(POINTS)] for c in points])
-        integrals = flint.arb_mat([[c**j / j for j in range(1, POINTS + 1)] for c in points])
+        powers = flint.arb_mat([[c**j for j in range(LANES)] for c in points])
+        integrals = flint.arb_mat([[c**j / j for j in range(1, LANES + 1)] for c in points])
         integral = integrals * powers.inv()
         # The increment is zero at the beginning, which determines coefficient 0.
         chebyshev = [
-            [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, POINTS + 1)] for c in points
+            [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, LANES + 1)] for c in points
         ]
         inverse, series = _rounded(integral.inv()), _rounded(flint.arb_mat(chebyshev).inv())
     values, vectors = np.linalg.eig(inverse)
@@ -111,11 +111,11 @@ class Complex:
     @staticmethod
     def of_halves(x: Register) -> Complex:
         """Take the first half of a vector as real parts and the second as imaginary parts."""
-        return Complex(x.places(range(POINTS // 2)), x.places(range(POINTS // 2, POINTS)))
+        return Complex(x.places(range(LANES // 2)), x.places(range(LANES // 2, LANES)))
 
     def joined(self) -> Register:
         """Return real and imaginary parts as one vector."""
-        return self.re.places(range(POINTS), self.im)
+        return self.re.places(range(LANES), self.im)
 
     def __mul__(self, other: Complex) -> Complex:
         return Complex(
@@ -162,7 +162,7 @@ def solve(m: Numbers, x: Numbers) -> Numbers:
     return x
 
 
-_MASKED = f"llvm.masked.{{}}.v{v.POINTS}f64.p0"
+_MASKED = f"llvm.masked.{{}}.v{v.LANES}f64.p0"
 
 
 class RowWriter:
@@ -209,12 +209,14 @@ class RowWriter:
         with v.Loop(c) as block:
             row = self.row[0]
             block.leave(row >= stop[0])
-            mask = c.vector(range(v.POINTS)) < stop[0] - row
+            mask = c.vector(range(v.LANES)) < stop[0] - row
             place = self._times.part(row).address
             time = c.call(middle.kind, _MASKED.format("load"), place, self._aligned, mask, middle)
             x = ((time - middle) * rate).at_most(1.0)
             twice = x + x
-            states = [_clenshaw(series.numbers(i), zeroth[i], x, twice) for i in range(v.STATE)]
+            states = [
+                _clenshaw(series.numbers(i), zeroth[i], x, twice) for i in range(v.STATE_SIZE)
+            ]
             *columns, trail = columns_and_trail(self._equations, states)
             self._put(self._columns, columns, row, mask)
             for i, value in enumerate((trail, columns[ENERGY])):
@@ -222,7 +224,7 @@ class RowWriter:
                 self._extremes[2 * i + 1] = self._extremes[2 * i + 1].at_least(value)
             with c.unless(self._states.address.is_null()):
                 self._put(self._states, states, row, mask)
-            self.row[0] = row + v.POINTS
+            self.row[0] = row + v.LANES
         self.row[0] = stop[0]
 
     def report(self, report: v.Memory) -> None:
@@ -240,7 +242,7 @@ class RowWriter:
 
 def _clenshaw(series: v.Memory, zeroth: v.Register, x: v.Register, twice: v.Register) -> Any:
     """Evaluate the Chebyshev series of a variable."""
-    *rest, last_but_one, last = series.load(v.POINTS)
+    *rest, last_but_one, last = series.load(v.LANES)
     before, value = last.spread(), v.fused(twice, last, last_but_one)
     for coefficient in reversed(rest):
         before, value = value, v.fused(twice, value, coefficient - before)
@@ -275,7 +277,7 @@ def run_source(equations: Equations) -> str:
     start, count, times, tolerance, most, columns, states, report = c.arguments
     rows, step = RowWriter(c, equations, count, times, columns, states), _Step(c, tolerance)
     step.state.store(start.load())
-    step.lost.store([0.0] * v.STATE)
+    step.lost.store([0.0] * v.STATE_SIZE)
     end = times[count - 1]
     t, steps, result = c.variable(0.0), c.variable(0), c.variable(0)
     with v.Loop(c) as run:
@@ -334,13 +336,13 @@ class _Step:
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
         # The actual increment after rounding.
         units = (values + units) - values
-        places = [self._code.vector(x) for x in np.eye(v.STATE, v.POINTS, 1)]
+        places = [self._code.vector(x) for x in np.eye(v.STATE_SIZE, v.LANES, 1)]
         self._y.store(v.fused(units, places, values))
         call_rates(self._y, self._f)
-        rates = np.array([self._f.numbers(k).load(v.STATE + 1) for k in range(v.STATE)])
+        rates = np.array([self._f.numbers(k).load(v.STATE_SIZE + 1) for k in range(v.STATE_SIZE)])
         jacobian = (rates[:, 1:] - rates[:, :1]) / units
         fastest = _largest(jacobian.ravel()).at_least(0.0)
-        first = v.eighth_root(self._tolerance) * (_FIRST_PART * v.POINTS) / fastest
+        first = v.eighth_root(self._tolerance) * (_FIRST_PART * v.LANES) / fastest
         self.wish[0] = (self.wish[0] > 0.0).choose(self.wish[0], first)
         return rates[:, 0], jacobian
 
@@ -350,15 +352,15 @@ class _Step:
         """Run Newton's iteration; if it does not converge, try again with half the step."""
         c, m = self._code, self._constants
         inverse = 1.0 / h
-        zero = c.vector([0.0] * (v.POINTS // 2))
+        zero = c.vector([0.0] * (v.LANES // 2))
         matrix = np.array([[Complex(zero - x, zero) for x in row] for row in jacobian])
         re, im = (c.vector(x) * inverse for x in (m.eigenvalues.real, m.eigenvalues.imag))
-        for i in range(v.STATE):
+        for i in range(v.STATE_SIZE):
             matrix[i, i] = Complex(matrix[i, i].re + re, im)
         factor(matrix)
         # Start with zero increments: the derivatives at all points are those at the beginning.
         self._right.store(slopes * c.vector(self._from_rest @ m.points))
-        self._z.store([0.0] * v.STATE)
+        self._z.store([0.0] * v.STATE_SIZE)
         base = [x.spread() for x in self.state.load()]
         count, before = c.variable(1), c.variable(float("inf"))
         # Used if the iteration does not converge.
@@ -399,7 +401,7 @@ class _Step:
     def advance(self) -> None:
         """Advance to the state at the end of the step."""
         # The polynomial begins at the state, which determines its constant coefficient.
-        signs = self._code.vector([1.0, -1.0] * (v.POINTS // 2))
+        signs = self._code.vector([1.0, -1.0] * (v.LANES // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])
         # Compensated summation: the next step adds the rounding error of this one.
@@ -412,7 +414,7 @@ class _Step:
 
 def _last(vectors: v.Memory) -> v.Registers:
     """Return the value in the last place of each variable's vector."""
-    return np.array([vectors.numbers()[v.POINTS * (i + 1) - 1] for i in range(v.STATE)])
+    return np.array([vectors.numbers()[v.LANES * (i + 1) - 1] for i in range(v.STATE_SIZE)])
 
 
 def _largest(values: v.Registers) -> v.Register:

@@ -21,15 +21,15 @@ import numpy as np
 from heyoka_bike.errors import GENERATE, required
 from heyoka_bike.numbers.double import Array
 
-STATE = 6
+STATE_SIZE = 6
 """Number of variables of a state, without the yaw."""
-POINTS = 8
+LANES = 8
 """Places of a vector: the largest register of current processors holds this many numbers."""
 
 ONE, INTEGER, BIT, POINTER, VOID = "double", "i64", "i1", "ptr", "void"
-WHOLE, HALF = f"<{POINTS} x {ONE}>", f"<{POINTS // 2} x {ONE}>"
-INTEGERS, BITS = f"<{POINTS} x {INTEGER}>", f"<{POINTS} x {BIT}>"
-_INTRINSIC_SUFFIXES = {ONE: "f64", WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64"}
+VECTOR, HALF_VECTOR = f"<{LANES} x {ONE}>", f"<{LANES // 2} x {ONE}>"
+INTEGERS, BITS = f"<{LANES} x {INTEGER}>", f"<{LANES} x {BIT}>"
+_INTRINSIC_SUFFIXES = {ONE: "f64", VECTOR: f"v{LANES}f64", HALF_VECTOR: f"v{LANES // 2}f64"}
 
 # Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), accurate to half a
 # unit of roundoff: the minimax coefficients of Sun's fdlibm (k_sin.c, k_cos.c), highest power
@@ -146,7 +146,7 @@ class Register:
         """Apply ``bitcast`` or ``trunc`` to another kind."""
         return self.code.assign(kind, f"{name} {self.kind} {self.text} to {kind}")
 
-    def spread(self, kind: str = WHOLE) -> Register:
+    def spread(self, kind: str = VECTOR) -> Register:
         """Copy a number to every place of a vector."""
         first = self.code.assign(
             kind, f"insertelement {kind} poison, {self.kind} {self.text}, i32 0"
@@ -198,7 +198,7 @@ class Memory:
 
     def vectors(self, index: Register | int = 0) -> Memory:
         """Return the memory from an index on, as vectors."""
-        return Memory(self.part(index).address, WHOLE)
+        return Memory(self.part(index).address, VECTOR)
 
     def part(self, index: Register | int) -> Memory:
         """Return the part that begins at an index."""
@@ -216,7 +216,7 @@ class Memory:
         address, text = self.part(index).address.text, self.code.text(value, self.kind)
         self.code.do(f"store {self.kind} {text}, ptr {address}, align 8")
 
-    def load(self, count: int = STATE) -> Registers:
+    def load(self, count: int = STATE_SIZE) -> Registers:
         return np.array([self[i] for i in range(count)])
 
     def store(self, values: Iterable[Operand]) -> None:
@@ -310,7 +310,7 @@ class Code:
             self.declarations.add(f"declare {kind} @{name}({kinds})")
         return self.assign(kind, f"call {flags} {kind} @{name}({given})")
 
-    def memory(self, count: int = STATE, kind: str = WHOLE) -> Memory:
+    def memory(self, count: int = STATE_SIZE, kind: str = VECTOR) -> Memory:
         """Allocate memory for values until the function returns."""
         address = Register(self, POINTER, self._name())
         self._rooms.append(f"{address.text} = alloca {kind}, i32 {count}, align 64")
@@ -366,7 +366,7 @@ def eighth_root(x: Register) -> Register:
 def products(matrix: Array, columns: Memory) -> Registers:
     """Multiply a constant matrix and the vector of each variable."""
     factors = [columns.code.vector(x) for x in matrix.T]
-    numbers = [columns.numbers(i).load(POINTS) for i in range(STATE)]
+    numbers = [columns.numbers(i).load(LANES) for i in range(STATE_SIZE)]
     return np.array([weighted([x.spread() for x in row], factors) for row in numbers])
 
 
@@ -402,7 +402,7 @@ def _polynomial(coefficients: Sequence[float], x: Register) -> Any:
 def _signed(x: Register, quarters: Register) -> Register:
     """Change the sign where the second bit of the number of quarter turns is set."""
     sign = (quarters << 62) & -(2**63)
-    return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", WHOLE)
+    return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", VECTOR)
 
 
 _LEVEL = 3  # LLVM's optimisation level

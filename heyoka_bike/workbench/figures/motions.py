@@ -10,7 +10,7 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import STATE_INPUTS
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.wording import unit_text
+from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.workbench.style import BLACK, BLUE, LINES, drawing
 
 if TYPE_CHECKING:

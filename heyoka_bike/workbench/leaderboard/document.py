@@ -8,8 +8,10 @@ from typing import Any
 
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
-from heyoka_bike.showing.sayings import cause
-from heyoka_bike.showing.wording import label, number, readable, reference_words
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.finding_text import cause
+from heyoka_bike.showing.wording.number_text import number, readable
+from heyoka_bike.showing.wording.origin_text import reference_words
 from heyoka_bike.version import __version__
 from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
 
@@ -35,7 +37,7 @@ _LOWEST_DIGITS_DRAWN = -1.0
 
 
 def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
-    """Return the submissions to each problem, by true error; for `made` see `wording.origin`."""
+    """Return the submissions to each problem, by true error; for `made` see `origin_text`."""
     count = sum(map(len, board.entries.values()))
     problems = (
         doc.Chapter(

@@ -26,14 +26,10 @@ from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
 from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
-from heyoka_bike.showing.wording import (
-    SIGNS,
-    file_grade,
-    graded,
-    reference_words,
-    sentence,
-    style_of,
-)
+from heyoka_bike.showing.wording.grade_text import SIGNS, file_grade, style_of
+from heyoka_bike.showing.wording.number_text import sentence
+from heyoka_bike.showing.wording.origin_text import reference_words
+from heyoka_bike.showing.wording.verdict_text import graded
 from heyoka_bike.system.files import refuse_overwriting, write_output
 from heyoka_bike.workbench.replay.motion_3d import Motion3D
 from heyoka_bike.workbench.replay.scenes import Replay, Scene, replay

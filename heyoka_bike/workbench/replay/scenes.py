@@ -27,7 +27,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.scores import ManeuverScore
-from heyoka_bike.showing.wording import label
+from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.workbench.replay.motion_3d import (
     STATE,
     Motion3D,

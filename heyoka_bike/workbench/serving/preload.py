@@ -7,7 +7,7 @@ If processes are not forked, each one imports this module itself.
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.showing.document import html  # noqa: F401
-from heyoka_bike.showing.formats import csv, json, junit, report  # noqa: F401
+from heyoka_bike.showing.formats import csv, json, junit, report_document  # noqa: F401
 
 for _format in FORMATS:
     _format.reader()

@@ -16,8 +16,8 @@ from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import output
-from heyoka_bike.showing.sayings import sentences
-from heyoka_bike.showing.wording import origin
+from heyoka_bike.showing.wording.finding_text import sentences
+from heyoka_bike.showing.wording.origin_text import origin
 from heyoka_bike.system.files import write_output
 from heyoka_bike.system.jobs import ProcessLimits, reporting
 

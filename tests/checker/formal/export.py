@@ -31,9 +31,9 @@ PIECES, STEP = 32, Fraction(1, 32)  # [s]
 DEGREE, EXACT_DEGREE = 16, 26  # of the certificate, and of the motion that it is taken from
 ERROR = Fraction(1, 10**8)  # what is claimed [rad, rad/s], as in Enclosure.v
 ETA = Fraction(1, 2**10)  # how a jump is shared between the squares, see Enclosure.v
-# Weights of errors, in 12ths, and numbers that balance rows: those of Enclosure.v. They keep the
+# Thresholds of errors, in 12ths, and numbers that balance rows: those of Enclosure.v. They keep the
 # growth rate small.
-WEIGHTS = (12, 1, 4, 36, 72, 144, 192)
+THRESHOLDS = (12, 1, 4, 36, 72, 144, 192)
 BALANCE = (60, 20, 96, 100, 38, 20, 6)
 READING = Fraction(1, 10**29)  # squared: of numbers read into binary64 intervals
 # Of the defect over weights, in binary64 intervals, by variable: seen, with a margin.
@@ -208,7 +208,7 @@ def growth(equations: Equations, states: Iterable[Sequence[float]]) -> float:
     """How fast squared errors grow at most, estimated: Coq checks what is claimed from it."""
     duals = Duals(Arrays())
     over, found = equations.over(duals), []
-    w, v = np.array(WEIGHTS, float), np.array(BALANCE, float)
+    w, v = np.array(THRESHOLDS, float), np.array(BALANCE, float)
     for state in states:
         rates = over.rates_with_yaw(duals.variables(list(state)))
         slopes = np.array([rate.slopes for rate in rates], float)
@@ -231,7 +231,7 @@ def certificate_file(equations: Equations, maneuver: Maneuver) -> str:
             state = [sum((a * h**m for m, a in enumerate(c)), flint.arb(0)).mid() for c in motion]
     start = [Fraction(0)] * 3 + [maneuver.roll_rate.rational, maneuver.steer_rate.rational]
     start += [maneuver.speed.rational / equations.bicycle["rR"].rational, Fraction(0)]
-    weights = [Fraction(w, 12) for w in WEIGHTS]
+    weights = [Fraction(w, 12) for w in THRESHOLDS]
     exact = [[[Fraction(n, 2**GRID) for n in c] for c in piece] for piece in pieces]
     ends = [start] + [[polynomial_at(c, STEP) for c in piece] for piece in exact]
     binary64 = Equations.binary64(equations.bicycle)

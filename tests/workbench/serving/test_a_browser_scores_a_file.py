@@ -14,7 +14,7 @@ import uvicorn
 from generators.submissions import copied
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.document.html import render
-from heyoka_bike.showing.wording import origin
+from heyoka_bike.showing.wording.origin_text import origin
 from heyoka_bike.workbench.leaderboard.document import document
 from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 from heyoka_bike.workbench.serving.app import Server

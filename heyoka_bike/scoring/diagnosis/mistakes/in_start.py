@@ -7,7 +7,12 @@ from itertools import combinations
 from math import pi
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.program import STATE, Mistake, Program, start_mistake
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    INITIAL_STATE,
+    Mistake,
+    Program,
+    start_mistake,
+)
 
 _ONE_DEGREE = pi / 180
 
@@ -72,7 +77,7 @@ def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
     return tuple(map(_place, [*alone, *exchanged, *orders]))
 
 
-_ROLL = STATE.index("roll")
+_ROLL = INITIAL_STATE.index("roll")
 
 START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_of_frame_only", "only the rear frame starts with the roll rate",

@@ -7,10 +7,10 @@ import numpy as np
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Terms
 
-CODE = "linearised"
+LINEARISED_CODE = "linearised"
 
 LINEARISED = Mistake(
-    CODE,
+    LINEARISED_CODE,
     "the equations are linearised about the upright straight motion, at constant speed",
     "nothing if that is what you want: the benchmark asks for the nonlinear equations",
     "model",
@@ -20,7 +20,7 @@ LINEARISED = Mistake(
 
 def _with(code: str, says: str, terms: Terms) -> Mistake:
     return Mistake(
-        f"{CODE}_{code}",
+        f"{LINEARISED_CODE}_{code}",
         f"the equations are linearised, at constant speed, and {says}",
         "the equations M q'' + v C1 q' + (g K0 + v^2 K2) q = 0",
         "model",

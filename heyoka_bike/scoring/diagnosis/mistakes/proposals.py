@@ -14,7 +14,7 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.definitions import NEAR_STEADY
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, output_mistake
 from heyoka_bike.scoring.rows.edits import Columns, Stage
@@ -109,7 +109,7 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
     typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.maximum(typical / size, np.finfo(np.float64).eps))
-    limit = HALF if unit in _OSCILLATING else NEAR_STEADY
+    limit = MEANINGLESS_ERROR if unit in _OSCILLATING else NEAR_STEADY
     is_near = is_own | (typical < limit * size)
     return np.where(is_near, np.where(size > 0.0, logs, 0.0), inf)
 

@@ -67,7 +67,7 @@ class Terms:
 BODIES = "RBHF"
 """Rear wheel, frame with rider, fork with handlebar, front wheel."""
 
-STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
+INITIAL_STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
 """Names of the numbers that `initial_state` returns."""
 
 
@@ -92,7 +92,7 @@ class Start:
     steer_rate
         Of fork and front wheel against the rear frame, as rolling allows it [rad/s].
     added
-        To the state that follows, as `STATE` has it: pairs of a place in it and a change [SI].
+        Changes of the state that follows: pairs of an index in `INITIAL_STATE` and a change [SI].
     """
 
     speed: float
@@ -158,7 +158,7 @@ class Program:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FittedValue:
     """A value that explains a file.
 
     Attributes
@@ -211,7 +211,7 @@ class Cause:
     change: Callable[[Program], Program]
 
     @property
-    def found(self) -> tuple[Found, ...]:
+    def found(self) -> tuple[FittedValue, ...]:
         """Values that were found in the file, if the cause is nothing else."""
         return ()
 
@@ -247,13 +247,13 @@ class FittedValues(Cause):
 
     Attributes
     ----------
-    values : tuple of Found
+    values : tuple of FittedValue
     """
 
-    values: tuple[Found, ...]
+    values: tuple[FittedValue, ...]
 
     @property
-    def found(self) -> tuple[Found, ...]:
+    def found(self) -> tuple[FittedValue, ...]:
         """The values."""
         return self.values
 
@@ -355,7 +355,7 @@ def _upright(values: ParameterValues) -> tuple[Moving, float]:
 
 
 def beginning(program: Program, number: int) -> tuple[float, ...]:
-    """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
+    """The state in which a maneuver begins, see `INITIAL_STATE`, with both wheels on the floor."""
     bicycle = program.motion.bicycle
     roll, pitch, steer, *rates = initial_state(bicycle, program.motion.starts[number])
     if steer != 0.0:
@@ -445,7 +445,7 @@ def changed(program: Program, changes: Mapping[str, float]) -> Program:
 def _of_start(name: str) -> tuple[int, int]:
     """Place in the state, and number of the maneuver."""
     what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
-    return STATE.index(what), int(number)
+    return INITIAL_STATE.index(what), int(number)
 
 
 def other_values(
@@ -458,8 +458,8 @@ def other_values(
         right, what, maneuver = p.get(name, 0.0), name, None
         if name.startswith(_INITIAL):
             kind, (place, maneuver) = "start", _of_start(name)
-            right, what = beginning(program, maneuver)[place], _INITIAL + STATE[place]
-        found.append(Found(what, maneuver, right + change, right, uncertain[name]))
+            right, what = beginning(program, maneuver)[place], _INITIAL + INITIAL_STATE[place]
+        found.append(FittedValue(what, maneuver, right + change, right, uncertain[name]))
     code = "_".join(["other", *changes])
     check = ("it" if len(found) == 1 else "them") + " in your input"
     return FittedValues(code, "", check, kind, lambda p: changed(p, changes), tuple(found))

@@ -30,10 +30,10 @@ from heyoka_bike.system.resources import benchmark_bicycle
 # So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
 # as long ones leave as much in twice the time. The shorter ones are for motions that these lose: a
 # steer axis may swing round within some hundredths of a second.
-_POINTS_OF_VECTOR, _INTERVALS = 16, (0.2, 0.1)
+_GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
 # Newton's iterations on an interval, and the last change, in parts of the state: the next one would
 # be a millionth of it.
-_MOST_PROCESSES_STEPS, _SETTLED = 7, 1e-9
+_MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
 # Motions that do not converge to this have met a singularity.
 _PART_LOST = 1e-6
 # An interval may go so many times as far as the one before.
@@ -44,7 +44,7 @@ _MOTIONS_AT_ONCE = 48
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class AskedMotion:
+class MotionRequest:
     """A motion that is asked for.
 
     Attributes
@@ -81,7 +81,7 @@ class Simulator:
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
         amounts: Mapping[str, float] | None = None,
     ) -> dict[str, Array]:  # fmt: skip
-        """Columns of a motion as far as it goes, see `AskedMotion`.
+        """Columns of a motion as far as it goes, see `MotionRequest`.
 
         Returns
         -------
@@ -92,10 +92,10 @@ class Simulator:
             body, spin included, and the kinetic and potential energy of each body; NaN from where
             the motion meets a singularity, or everywhere if the bicycle has no motion.
         """
-        return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
+        return self.run_all([MotionRequest(bicycle, start, time, amounts or {})])[0]
 
     def run_all(
-        self, motions: Sequence[AskedMotion], deadline: Deadline = NEVER
+        self, motions: Sequence[MotionRequest], deadline: Deadline = NEVER
     ) -> list[dict[str, Array]]:
         """Return the columns that `run` has of each motion, in less time.
 
@@ -114,12 +114,12 @@ class Simulator:
         return found
 
     def _integrate(
-        self, motions: Sequence[AskedMotion], deadline: Deadline
+        self, motions: Sequence[MotionRequest], deadline: Deadline
     ) -> list[_Constants | None]:
         """Make the states of motions known; return the constants of their equations."""
         constants = [_constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [_key(m) for m in motions]
-        new: dict[object, tuple[AskedMotion, _Constants]] = {}
+        new: dict[object, tuple[MotionRequest, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is not None and key not in self._known:
                 new[key] = m, c
@@ -139,12 +139,12 @@ class Simulator:
                     lost = [k for k in lost if np.isnan(self._known[k]).any()]
         return constants
 
-    def _states(self, motion: AskedMotion, time: Array) -> Array:
+    def _states(self, motion: MotionRequest, time: Array) -> Array:
         """States of a motion that is known at some times [s] to its end, shape (7, n)."""
         return _at(self._known[_key(motion)], time, _intervals(motion))
 
     def run_near(
-        self, groups: Sequence[Sequence[AskedMotion]], deadline: Deadline = NEVER
+        self, groups: Sequence[Sequence[MotionRequest]], deadline: Deadline = NEVER
     ) -> list[list[dict[str, Array]]]:
         """Return the columns of the first motion of each group, and of the others, near it.
 
@@ -162,13 +162,13 @@ class Simulator:
             for columns, group in zip(first, groups, strict=True)
         ]
 
-    def followed(self, motion: AskedMotion, time: Array) -> tuple[Equations, Array]:
+    def followed(self, motion: MotionRequest, time: Array) -> tuple[Equations, Array]:
         """Equations of a motion, and its states at some times [s] to its end, shape (7, n)."""
         (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
         return self._with(constants[0]), self._states(motion, time)
 
-    def differences(self, motion: AskedMotion, each: Iterable[Array]) -> list[dict[str, Array]]:
+    def differences(self, motion: MotionRequest, each: Iterable[Array]) -> list[dict[str, Array]]:
         """What the columns of a motion differ by if its states do by each of these, (7, n)."""
         (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
@@ -180,8 +180,8 @@ class Simulator:
     def _near(
         self,
         columns: Mapping[str, Array],
-        motion: AskedMotion,
-        *others: AskedMotion,
+        motion: MotionRequest,
+        *others: MotionRequest,
         deadline: Deadline,
     ) -> Iterator[dict[str, Array]]:
         """Columns of motions near one that is known."""
@@ -200,7 +200,7 @@ class Simulator:
             yield self._columns(m, found, _at(nodes[..., k], m.time, _intervals(m)))
 
     def _nodes(
-        self, asked: Sequence[tuple[AskedMotion, _Constants]], length: float, deadline: Deadline
+        self, asked: Sequence[tuple[MotionRequest, _Constants]], length: float, deadline: Deadline
     ) -> Iterator[Array]:
         """States of motions, see `_nodal_states`."""
         each = round(_INTERVALS[0] / length)
@@ -210,7 +210,7 @@ class Simulator:
             yield nodes[:count, ..., k]
 
     def _side_by_side(
-        self, asked: Sequence[tuple[AskedMotion, _Constants]]
+        self, asked: Sequence[tuple[MotionRequest, _Constants]]
     ) -> tuple[Equations, dict[str, Array], Array]:
         """Equations, amounts and starts, shape (7, motions), of several motions."""
         names = sorted({name for m, _ in asked for name in m.amounts})
@@ -219,7 +219,7 @@ class Simulator:
         equations = self._with(np.array([values for _, (values, _) in asked]).T)
         return equations, amounts, np.array(starts).T
 
-    def _columns(self, motion: AskedMotion, values: Array, states: Array) -> dict[str, Array]:
+    def _columns(self, motion: MotionRequest, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
         # A motion that meets a singularity may become very fast.
@@ -233,7 +233,7 @@ class Simulator:
         return self._any.convert(lambda _: next(left), Arrays())
 
 
-def _key(m: AskedMotion) -> object:
+def _key(m: MotionRequest) -> object:
     values = tuple(m.bicycle.values.items())
     return values, tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m)
 
@@ -254,11 +254,11 @@ def _constants(values: ParameterValues) -> _Constants | None:
 @cache
 def _points() -> tuple[Array, ...]:
     """Gauss's points in 0 to 1, integrals of their Lagrange polynomials to them, and to 1."""
-    x = np.asarray(leggauss(_POINTS_OF_VECTOR)[0], np.float64)
-    basis = np.linalg.inv(chebvander(x, _POINTS_OF_VECTOR - 1))
-    integrals = chebint(np.eye(_POINTS_OF_VECTOR), lbnd=-1, scl=0.5)
-    within = chebvander(x, _POINTS_OF_VECTOR) @ integrals @ basis
-    whole = np.ones(_POINTS_OF_VECTOR + 1) @ integrals @ basis
+    x = np.asarray(leggauss(_GAUSS_POINTS)[0], np.float64)
+    basis = np.linalg.inv(chebvander(x, _GAUSS_POINTS - 1))
+    integrals = chebint(np.eye(_GAUSS_POINTS), lbnd=-1, scl=0.5)
+    within = chebvander(x, _GAUSS_POINTS) @ integrals @ basis
+    whole = np.ones(_GAUSS_POINTS + 1) @ integrals @ basis
     return tuple(np.asarray(m, np.float64) for m in ((x + 1) / 2, within, whole))
 
 
@@ -271,10 +271,10 @@ def _through() -> Array:
 
 def _basis(place: Array) -> Array:
     """Chebyshev's polynomials at places of an interval, 0 to 1."""
-    return np.asarray(chebvander(2 * place - 1, _POINTS_OF_VECTOR), np.float64)
+    return np.asarray(chebvander(2 * place - 1, _GAUSS_POINTS), np.float64)
 
 
-def _intervals(motion: AskedMotion) -> int:
+def _intervals(motion: MotionRequest) -> int:
     """Return the number of long intervals to the end."""
     return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
 
@@ -286,14 +286,14 @@ def _nodal_states(
     """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
     x, integral, whole = _points()
     n = start.shape[1]
-    found = np.full((count, _POINTS_OF_VECTOR + 1, _STATE_LENGTH, n), np.nan)
+    found = np.full((count, _GAUSS_POINTS + 1, _STATE_LENGTH, n), np.nan)
     ahead = _basis(1.0 + x) @ _through()
-    identity = np.eye(_POINTS_OF_VECTOR * _STATE_LENGTH)
-    y, guess = start, np.repeat(start[None], _POINTS_OF_VECTOR, axis=0)
+    identity = np.eye(_GAUSS_POINTS * _STATE_LENGTH)
+    y, guess = start, np.repeat(start[None], _GAUSS_POINTS, axis=0)
     with np.errstate(all="ignore"):
         for i in range(count):
             deadline.check()
-            for _ in range(_MOST_PROCESSES_STEPS):
+            for _ in range(_MAX_NEWTON_STEPS):
                 f, slopes = _rates(equations, amounts, guess)
                 left = guess - y - h * np.tensordot(integral, f, 1)
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
@@ -338,19 +338,19 @@ def _nodes_nearby(
     with np.errstate(all="ignore"):
         made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
         rates = np.array(np.broadcast_arrays(*made)).reshape(
-            _STATE_LENGTH, count, _POINTS_OF_VECTOR, -1
+            _STATE_LENGTH, count, _GAUSS_POINTS, -1
         )
         off = np.moveaxis(rates[..., 1:] - rates[..., :1], 0, 2)
         one = equations.convert(lambda x: x[:1] if np.ndim(x) else x, equations.a)
         first = {name: x[:1] for name, x in amounts.items()}
         slopes = _rates(one, first, nodes[:, 1:].reshape(-1, _STATE_LENGTH, 1))[1][..., 0]
-    slopes = slopes.reshape(count, _POINTS_OF_VECTOR, _STATE_LENGTH, _STATE_LENGTH)
+    slopes = slopes.reshape(count, _GAUSS_POINTS, _STATE_LENGTH, _STATE_LENGTH)
     for i in range(count):
         if not (np.isfinite(slopes[i]).all() and np.isfinite(off[i]).all()):
             break
-        matrix = np.eye(_POINTS_OF_VECTOR * _STATE_LENGTH) - h * np.einsum(
+        matrix = np.eye(_GAUSS_POINTS * _STATE_LENGTH) - h * np.einsum(
             "ij,jab->iajb", integral, slopes[i]
-        ).reshape(_POINTS_OF_VECTOR * _STATE_LENGTH, -1)
+        ).reshape(_GAUSS_POINTS * _STATE_LENGTH, -1)
         right = starts + h * np.tensordot(integral, off[i], 1)
         apart = np.linalg.solve(matrix, right.reshape(len(matrix), -1)).reshape(right.shape)
         found[i] = nodes[i][..., None] + np.concatenate([starts[None], apart])
@@ -388,9 +388,9 @@ def _rates(
     return np.moveaxis(f[:, 0], 0, 1), slopes
 
 
-def _at(nodes: Array, time: Array, tenths: int) -> Array:
+def _at(nodes: Array, time: Array, refinement: int) -> Array:
     """States at some times, shape (7, times), from those of intervals (intervals, points, 7)."""
-    place = time / (_INTERVALS[0] * tenths) * len(nodes)
+    place = time / (_INTERVALS[0] * refinement) * len(nodes)
     i = np.clip(place.astype(int), 0, len(nodes) - 1)
     weights = _basis(place - i) @ _through()
     found: Array = np.einsum("tp,tps->st", weights, nodes[i])

@@ -17,7 +17,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
 from heyoka_bike.scoring.diagnosis.residual.fits import size_of
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     linearised,
     solve,
 )
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -62,7 +62,9 @@ class _Edited:
     @property
     def edits(self) -> list[str]:
         """Names of the offsets and ratios, for each column of the state that all parts have."""
-        keys = [k for k in STATE if all(k in p.values for p in self.parts) and k in self.understood]
+        keys = [
+            k for k in STATE_KEYS if all(k in p.values for p in self.parts) and k in self.understood
+        ]
         return [kind + key for key in keys for kind in (_ZERO, _RATIO)]
 
     def residual(self, changes: Mapping[str, float]) -> Residual | None:
@@ -176,7 +178,7 @@ def edit_beside_a_value(
     # times better, with a relief of 7.
     is_both = CLEARLY * left < best_alone
     gain = start.left / left
-    if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):
+    if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.nearly)):
         return None
     kind, key = name.split(" ")
     by, more = (1.0, size) if f"{kind} " == _ZERO else (1.0 + size, 0.0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.hypothesis import UNKNOWN, Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import (
     FittedValues,
@@ -33,7 +33,7 @@ from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
 
-COUNTS = tuple(range(1, WEIGHTS.few + 1))
+COUNTS = tuple(range(1, THRESHOLDS.max_answers + 1))
 """Of how many values together are found."""
 
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
@@ -136,16 +136,16 @@ class Fits:
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
-            (WEIGHTS.fitted + UNKNOWN) / (WEIGHTS.values * self.maneuvers * self.promise),
-            float(np.log(self.needed)) / max(WEIGHTS.promise),
+            (THRESHOLDS.fitted + UNKNOWN) / (THRESHOLDS.values * self.maneuvers * self.promise),
+            float(np.log(self.needed)) / max(THRESHOLDS.promise),
         )
         for size in COUNTS[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
-                subsets = best_subsets(view, size, WEIGHTS.rivals, members[i])
+                subsets = best_subsets(view, size, THRESHOLDS.rivals, members[i])
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
-                    most = max(1, WEIGHTS.some // size // len(views))
+                    most = max(1, THRESHOLDS.max_pairs // size // len(views))
                     # Whole runs tell those apart that to first order explain as much, by far.
                     alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
                     count = max(most, np.sum(alike)) if size == 1 else most
@@ -164,7 +164,7 @@ class Fits:
             for group in groups
             if place.keys() >= {*group}
         ]
-        likely = sorted(gains, key=lambda x: -x[0])[: WEIGHTS.refined]
+        likely = sorted(gains, key=lambda x: -x[0])[: THRESHOLDS.refined]
         return [dict.fromkeys(group, 0.0) for gain, group in likely if gain > self.needed]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:

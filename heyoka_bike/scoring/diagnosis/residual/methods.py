@@ -19,7 +19,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import STEP_OF_SECOND, Array
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
@@ -155,10 +155,10 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         # A force, or constraints that drift, leave nothing of an integrator in these.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
         # As much as an equation of motion tells, each rate of an angle does, too.
-        seen = WEIGHTS.values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
-        odds = seen - WEIGHTS.fitted - float(np.log(len(SCHEMES)))
+        seen = THRESHOLDS.values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
+        odds = seen - THRESHOLDS.fitted - float(np.log(len(SCHEMES)))
         scheme, is_clock = SCHEMES[i], SCHEMES[i].says == CLOCK
-        if of_angles > WEIGHTS.explains and (is_clock or size > 0.0):
+        if of_angles > THRESHOLDS.explains and (is_clock or size > 0.0):
             step = float(size) if is_clock else float(size) ** (1 / scheme.order)
             spacing = float(np.median(np.diff(motions[0].time)))
             near = None if is_clock else step_of_rows(step, spacing, float(gain))
@@ -168,8 +168,8 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     # First terms that are multiples of one another, such as of BDF2, are in the order of `SCHEMES`.
     order = [s.says for s in SCHEMES]
     found.sort(key=lambda m: (-round(m.log_odds, 3), order.index(m.says)))
-    least = max((m.log_odds for m in found), default=0.0) - WEIGHTS.said
-    found = [m for m in found if m.log_odds > max(least, WEIGHTS.said)]
+    least = max((m.log_odds for m in found), default=0.0) - THRESHOLDS.report_log_odds
+    found = [m for m in found if m.log_odds > max(least, THRESHOLDS.report_log_odds)]
     # No program takes steps between which its rows lie.
     return tuple([m for m in found if m.is_of_rows] or found)
 

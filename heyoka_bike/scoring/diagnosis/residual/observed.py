@@ -16,14 +16,14 @@ from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following, in_binary64
-from heyoka_bike.scoring.alignment import HALF, Part, spread
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
 from heyoka_bike.scoring.units import factor
 
-STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
+STATE_KEYS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Keys of the columns that the equations of motion need.
 
 The speed may be missing: it then follows from the others by the right equation of the speed, which
@@ -62,9 +62,9 @@ class Observed:
     time : ndarray, shape (n,)
         [s]
     state : mapping of str to ndarray, shape (n,)
-        Columns of `STATE` and the yaw, SI, in the default definitions.
+        Columns of `STATE_KEYS` and the yaw, SI, in the default definitions.
     windows : ndarray, shape (w, n)
-        Weights of rows in averages, each of sum one.
+        Thresholds of rows in averages, each of sum one.
     accelerations : ndarray, shape (3, w), or (2, w) without a speed
         Averages of the derivatives of roll rate, steer rate and speed.
     uncertain : ndarray of the same shape
@@ -73,13 +73,13 @@ class Observed:
         Averages of the derivative of roll and steer, less their rates.
     kinematic_uncertain : ndarray, shape (2, w)
     definitions : mapping of str to str
-        Names of the columns of `STATE`, as they were understood.
+        Names of the columns of `STATE_KEYS`, as they were understood.
     is_begun
         True if its first rows are those of a start.
     has_beginning
         True if these have the rates; otherwise slopes tell them, and the speed is given.
     has_state
-        True if the file has all columns of `STATE`.
+        True if the file has all columns of `STATE_KEYS`.
     """
 
     number: int
@@ -120,7 +120,7 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
         return part
     is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
-    lies = ~is_up & (height < HALF * height[0])
+    lies = ~is_up & (height < MEANINGLESS_ERROR * height[0])
     # Without a height: angles in degrees come back.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
@@ -167,7 +167,7 @@ def observe(
         is_begun=is_begun,
         # Slopes tell less of the first rows.
         has_beginning=is_begun and LATERAL_ANGLES.keys() <= part.values.keys(),
-        has_state={*STATE} <= part.values.keys(),
+        has_state={*STATE_KEYS} <= part.values.keys(),
     )
     return found if "forward_speed" in columns else found.without_speed()
 
@@ -175,11 +175,11 @@ def observe(
 def _rows_that_move(
     part: Part, understood: Mapping[str, Understanding]
 ) -> tuple[Array, dict[str, Array], dict[str, str]] | None:
-    """Return times, columns of `STATE` [SI] and their definitions.
+    """Return times, columns of `STATE_KEYS` [SI] and their definitions.
 
     None where they are no motion, or too few.
     """
-    keys = [k for k in STATE if k in part.values and k in understood]
+    keys = [k for k in STATE_KEYS if k in part.values and k in understood]
     columns = {k: in_si(part, understood, k) for k in keys}
     names = {k: understood[k].assumed().name for k in keys}
     if not {"roll_angle", "steer_angle"} <= columns.keys():
@@ -197,14 +197,14 @@ def _rows_that_move(
         if rate not in columns:
             columns[rate] = local_polynomials(time, columns[angle], _DEGREE_OF_WINDOW)[:, 1]
             names[rate] = rate
-    columns = {k: columns[k] for k in STATE if k in columns}
+    columns = {k: columns[k] for k in STATE_KEYS if k in columns}
     moves = all(np.ptp(x) for key, x in columns.items() if key != "forward_speed")
     is_bounded = np.max(np.abs([*columns.values()])) < _LARGEST_CONDITION
     return (time, columns, names) if moves and is_bounded else None
 
 
 def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
-    """The columns of `STATE` at t = 0, and by how much rows disagree about them, shape (5,) each.
+    """Return the columns of `STATE_KEYS` at t = 0, and how much rows disagree; shape (5,) each.
 
     To these the right equations lead back from the rows after the first, by Runge and Kutta's
     method: that may be as given, whatever was computed.
@@ -299,7 +299,7 @@ def _default_definitions(
     right one.
     """
     state = {"forward_speed": np.full_like(time, speed), **columns, "yaw": np.zeros_like(time)}
-    is_default = all(names.get(k) == k for k in STATE)
+    is_default = all(names.get(k) == k for k in STATE_KEYS)
     for _ in range(_MOST_ROUNDS):
         with np.errstate(all="ignore"):
             y = state_vector(equations, state.__getitem__)
@@ -327,7 +327,7 @@ def state_vector(
     equations: Equations, column: Callable[[str], Array], pitch: Array | None = None
 ) -> list[Array]:
     """The state of the regular form from columns by key, with both wheels on the floor."""
-    roll, steer, roll_rate, steer_rate, speed = (column(key) for key in STATE)
+    roll, steer, roll_rate, steer_rate, speed = (column(key) for key in STATE_KEYS)
     if pitch is None:
         pitch = pitch_on_the_floor(equations.k, roll, np.zeros_like(roll), steer)
     spin = speed / equations.k.length

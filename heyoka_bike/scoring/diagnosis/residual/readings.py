@@ -10,7 +10,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understanding
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 
 
@@ -48,7 +48,7 @@ def other_definitions(
         odds = {u.column.definition: 0.0, **u.odds}
         likely = sorted(odds, key=lambda name: odds[name])
         each = {c.definition: c for c in COMPARED[key]}
-        least = WEIGHTS.refuted / log(10.0)
+        least = THRESHOLDS.drop_log_odds / log(10.0)
         ways.append([
             replace(u, column=each[name], indistinguishable=())
             for name in likely if name in each and odds[name] - odds[likely[0]] < least

@@ -19,11 +19,11 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
@@ -47,12 +47,12 @@ from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import (
-    STATE,
+    STATE_KEYS,
     Observed,
     start_shown,
     state_vector,
 )
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 
 EQUATIONS = ("roll", "steer", "speed")
@@ -74,7 +74,7 @@ GROUPS = tuple(
 
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
-_METHOD = followed.Step("method", "which integrator's error is left of the equations?")
+_METHOD = step_log.Step("method", "which integrator's error is left of the equations?")
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -150,14 +150,14 @@ class Residual:
         self.floors = digits
         rest = self._left(self._right)
         # What is left below this needs no other cause.
-        self.floors = np.hypot(digits, WEIGHTS.nothing * self._sizes)
+        self.floors = np.hypot(digits, THRESHOLDS.negligible_error * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
         # Those of roll and steer: where the speed hardly changes it says little.
-        slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
+        slopes = [max(m.inconsistency(), THRESHOLDS.negligible_error) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        is_blown_up = max(slopes) > HALF or bool(np.max(rest) == _NO_LIMIT)
-        resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
+        is_blown_up = max(slopes) > MEANINGLESS_ERROR or bool(np.max(rest) == _NO_LIMIT)
+        resolved, (enough, share) = self._before * self._sizes / digits, THRESHOLDS.shows
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
         is_judged = is_resolved or bool(np.median(rest / resolved) < share)
         self._has_state = all(m.has_state for m in motions)
@@ -188,7 +188,7 @@ class Residual:
             # more; whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
-            is_more = is_force or WEIGHTS.nearly * largest < self.limit
+            is_more = is_force or THRESHOLDS.nearly * largest < self.limit
             is_open = is_partly and self.is_large and is_more
         return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
 
@@ -209,13 +209,13 @@ class Residual:
         found = self._fits().fewest(
             [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
         )
-        return tuple(h for h in found if h.relief > max(least, WEIGHTS.nearly))
+        return tuple(h for h in found if h.relief > max(least, THRESHOLDS.nearly))
 
     @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        with followed.taken(_METHOD) as told:
+        with step_log.logged(_METHOD) as told:
             found = find_methods(equations, self.motions)
             if found:
                 each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
@@ -257,7 +257,7 @@ class Residual:
         if not self.is_resolved or not self.is_large:
             return True
         largest = _largest_relief(*self.known, *self._of_unknowns)
-        return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+        return largest > min(THRESHOLDS.nearly, self.limit / CLEARLY)
 
     @property
     def is_large(self) -> bool:
@@ -270,7 +270,7 @@ class Residual:
     @property
     def promising(self) -> tuple[str, ...]:
         """The unknowns that explain most of what remains, to first order and alone."""
-        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, WEIGHTS.few)
+        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, THRESHOLDS.max_answers)
         return tuple(UNKNOWNS[i] for (i,) in found.members.tolist())
 
     @property
@@ -291,14 +291,14 @@ class Residual:
     @property
     def is_met(self) -> bool:
         """True if the right equations leave no more than the digits and the rows do."""
-        return bool(np.all(self._before * self._sizes <= FLOORS_OF_ROUNDING * self.floors))
+        return bool(np.all(self._before * self._sizes <= MAX_ROUNDING_FLOORS * self.floors))
 
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
 
         Where the speed or a rate is not in the file, it may be another one than was taken.
         """
-        return self._has_state and self.above > WEIGHTS.above * relief
+        return self._has_state and self.above > THRESHOLDS.force_ratio * relief
 
     @property
     def is_described(self) -> bool:
@@ -332,7 +332,7 @@ class Residual:
 
     @property
     def definitions(self) -> Mapping[str, str]:
-        """Names of the columns of `STATE`, as they were understood."""
+        """Names of the columns of `STATE_KEYS`, as they were understood."""
         return self.motions[0].definitions
 
     @property
@@ -344,7 +344,7 @@ class Residual:
         sure = [
             h
             for h in (*self.known, *self.fitted)
-            if h.relief > WEIGHTS.nearly and h.log_odds > WEIGHTS.said
+            if h.relief > THRESHOLDS.nearly and h.log_odds > THRESHOLDS.report_log_odds
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
         if not shows_equations(self):
@@ -416,7 +416,7 @@ class Residual:
         """
         if self.visibility is not Visibility.EQUATIONS:
             return False
-        accelerations, (enough, _) = self.of(apply(self.program, mistakes)), WEIGHTS.shows
+        accelerations, (enough, _) = self.of(apply(self.program, mistakes)), THRESHOLDS.shows
         left = self._left(accelerations) * self._sizes / self.floors
         return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
@@ -437,18 +437,18 @@ class Residual:
         relief = {h.codes[0]: h.relief for h in found}
         ranked = sorted(library, key=lambda m: -relief[m.code])
         pairs = []
-        for i, first in enumerate(ranked[: WEIGHTS.some]):
+        for i, first in enumerate(ranked[: THRESHOLDS.max_pairs]):
             for second in ranked[i + 1 :]:
                 # What two mistakes add is nearly the sum of what each does. A small one beside a
                 # large one may make it worse alone.
                 both = alone[first.code] + alone[second.code] - self._right
                 about = self._relief(both)
-                if about > WEIGHTS.also * max(relief[first.code], 1.0):
+                if about > THRESHOLDS.min_pair_gain * max(relief[first.code], 1.0):
                     pairs.append((about, first, second))
         pairs.sort(key=lambda x: -x[0])
-        for _, *pair in pairs[: WEIGHTS.some]:
+        for _, *pair in pairs[: THRESHOLDS.max_pairs]:
             both_made = self._judged(*(m for m in library if m in pair))
-            if both_made.relief > WEIGHTS.also * max(relief[m.code] for m in pair):
+            if both_made.relief > THRESHOLDS.min_pair_gain * max(relief[m.code] for m in pair):
                 found.append(both_made)
         return tuple(sorted(found, key=lambda h: -h.relief))
 
@@ -456,7 +456,11 @@ class Residual:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
         enough = self.limit / CLEARLY
         known = self.known[0]
-        if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
+        if (
+            len(known.mistakes) == 1
+            and known.relief > enough
+            and known.log_odds > THRESHOLDS.report_log_odds
+        ):
             return ()
         least = max(0.0, known.log_odds)
         return self._fits().fewest(
@@ -473,8 +477,8 @@ class Residual:
             self._leaves,
             self.floors,
             len(self.motions),
-            WEIGHTS.promise[0],
-            needed=WEIGHTS.explains,
+            THRESHOLDS.promise[0],
+            needed=THRESHOLDS.explains,
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
@@ -507,7 +511,7 @@ class Residual:
 
         right = distance(self.program)
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
-        return [library[i] for x, i in sorted(near)[: WEIGHTS.some] if x < right]
+        return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_pairs] if x < right]
 
     def other_starts(self) -> list[FittedValues]:
         """The start of each maneuver that its own rows lead back to, in what is another."""
@@ -517,9 +521,9 @@ class Residual:
                 continue
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
-            size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
+            size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
-            least = WEIGHTS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
+            least = THRESHOLDS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}
@@ -542,5 +546,5 @@ def _rms(x: Array) -> float:
 
 
 def _given(program: Program, number: int) -> Array:
-    """Columns of `observed.STATE` at the start of a maneuver."""
+    """Columns of `observed.STATE_KEYS` at the start of a maneuver."""
     return np.delete(np.array(beginning(program, number)), 1)

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.reading.arrays.columns import read_array
+from heyoka_bike.scoring.reading.arrays.array_columns import read_array
 from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
-from heyoka_bike.scoring.reading.names.columns import group_number, is_time
+from heyoka_bike.scoring.reading.names.heading import group_number, is_time
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.columns import read_maneuvers
+from heyoka_bike.scoring.reading.arrays.array_columns import read_maneuvers
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup
-from heyoka_bike.scoring.reading.names.columns import is_maneuver, is_time
+from heyoka_bike.scoring.reading.names.heading import is_maneuver, is_time
 
 # As pandas, R and others call the column of names and that of values.
 _NAMES_OF_VARIABLE = ("variable", "name", "quantity", "signal", "column", "key", "measure")

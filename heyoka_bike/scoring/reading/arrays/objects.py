@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.scoring.reading.arrays.packed import StoredArray
-from heyoka_bike.scoring.reading.names.columns import is_time
+from heyoka_bike.scoring.reading.names.heading import is_time
 from heyoka_bike.scoring.reading.request import Request
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
+from heyoka_bike.scoring.reading.arrays.array_columns import read_array, read_maneuvers
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup, is_vector, length
-from heyoka_bike.scoring.reading.names.columns import group_number, is_maneuver, parse_heading
+from heyoka_bike.scoring.reading.names.heading import group_number, is_maneuver, parse_heading
 
 # What Simulink calls the outputs of a model; its states may have the same shape.
 _SIMULINK_OUTPUTS = ("yout", "simout", "y")

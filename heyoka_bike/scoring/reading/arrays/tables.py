@@ -13,7 +13,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason, TimesOfDay, Transposed
 from heyoka_bike.scoring.evidence.base import LostColumn
-from heyoka_bike.scoring.reading.arrays.columns import (
+from heyoka_bike.scoring.reading.arrays.array_columns import (
     read_array,
     read_column,
     read_maneuvers,
@@ -25,7 +25,7 @@ from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
 from heyoka_bike.scoring.reading.arrays.shapes import by_maneuver, table_among
 from heyoka_bike.scoring.reading.dates import first_date
 from heyoka_bike.scoring.reading.digits import evened
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     TIME,
     are_names,
     group_number,
@@ -36,9 +36,9 @@ from heyoka_bike.scoring.reading.names.columns import (
     parse_heading,
     time_among,
 )
-from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside
+from heyoka_bike.scoring.reading.names.left_out import column_within, left_out, set_aside
 from heyoka_bike.scoring.reading.names.meanings import is_coordinate
-from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.names.suggestions import names_found
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
 
@@ -116,15 +116,15 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
         is_more = len(known) > len([*filter(request.known or is_known, names or ())])
         if is_more and are_names(known, request):
             return [_named(every, known)]
-        return _with_held_below(found, every) if names else found
+        return _flag_nested_columns(found, every) if names else found
     return found
 
 
-def _with_held_below(found: list[ReadTable], every: ArrayGroup) -> list[ReadTable]:
+def _flag_nested_columns(found: list[ReadTable], every: ArrayGroup) -> list[ReadTable]:
     """The one table, with the evidence that groups hold columns that it lacks."""
     known = {parse_heading(name).key for name in found[0].names or ()}
     paths = [name for name, x in every.arrays.items() if "." in name and length(x) > 1]
-    held = [n for n in paths if name_held(n, every.request)[0] not in {None, *known}]
+    held = [n for n in paths if column_within(n, every.request)[0] not in {None, *known}]
     return _with_evidence(found, left_out(held, every.request)) if held else found
 
 
@@ -181,7 +181,7 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
                 lost.append(LostColumn(name, parse_heading(step).key))
     if not lost:
         return found
-    seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell)
+    seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.columns_hint)
     return _with_evidence(found, seen)
 
 

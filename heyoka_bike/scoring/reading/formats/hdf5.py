@@ -18,10 +18,10 @@ import numpy as np
 
 from heyoka_bike.errors import DatasetError, printable
 from heyoka_bike.reference.hdf5 import bytes_of, refuse_many_texts, why_unsafe
-from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, refuse_too_large
+from heyoka_bike.scoring.reading.arrays.array_columns import MOST_BYTES, refuse_too_large
 from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
-from heyoka_bike.scoring.reading.names.columns import TIME, is_time, with_unit
+from heyoka_bike.scoring.reading.names.heading import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 

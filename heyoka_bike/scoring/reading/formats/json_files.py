@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import are_names, group_number, is_known, is_maneuver
+from heyoka_bike.scoring.reading.names.heading import are_names, group_number, is_known, is_maneuver
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL
 from heyoka_bike.scoring.reading.request import Request

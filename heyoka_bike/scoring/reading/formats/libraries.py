@@ -8,7 +8,7 @@ import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.packed import unpacked
 from heyoka_bike.scoring.reading.formats import STREAM_OF_ARROW
-from heyoka_bike.scoring.reading.names.columns import with_unit
+from heyoka_bike.scoring.reading.names.heading import with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.arrays.columns import read_array
+from heyoka_bike.scoring.reading.arrays.array_columns import read_array
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.hdf5 import OfClass
-from heyoka_bike.scoring.reading.names.columns import is_known
+from heyoka_bike.scoring.reading.names.heading import is_known
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -293,7 +293,7 @@ def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, A
     if request.names is None and 1 + x["y"].shape[0] not in request.widths:
         raise request.error(
             f"found {quoted(name)}, a solution of {_word(x['solver']) or 'ode45'} with "
-            f"{x['y'].shape[0]} states, and not which they are; {request.how_to_tell}"
+            f"{x['y'].shape[0]} states, and not which they are; {request.columns_hint}"
         )
     return {"time": x["x"], "y": x["y"]}
 

@@ -15,7 +15,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence.as_read import Transposed
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.encodings import whole_lines
-from heyoka_bike.scoring.reading.names.columns import are_names
+from heyoka_bike.scoring.reading.names.heading import are_names
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -29,7 +29,7 @@ from heyoka_bike.scoring.reading.text.headings import (
 )
 from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
-from heyoka_bike.scoring.reading.words import read_words
+from heyoka_bike.scoring.reading.text_cells import read_words
 
 # One matrix alone is rows of numbers, and these begin early.
 _OCTAVE, _VARIABLE_OF_OCTAVE, _BYTES_OF_BEGINNING = b"# Created by Octave", b"\n# name:", 400

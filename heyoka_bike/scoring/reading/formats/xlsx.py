@@ -17,13 +17,13 @@ from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.cells import before_comment, read_cells
 from heyoka_bike.scoring.reading.formats.text_files import read_table
 from heyoka_bike.scoring.reading.layout import layout_of
-from heyoka_bike.scoring.reading.names.columns import group_number
-from heyoka_bike.scoring.reading.names.words import listed
+from heyoka_bike.scoring.reading.names.heading import group_number
+from heyoka_bike.scoring.reading.names.suggestions import listed
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS_OF_CELLS
-from heyoka_bike.scoring.reading.words import read_words
+from heyoka_bike.scoring.reading.text_cells import read_words
 
 # Rows that a sheet of Excel may have, and more columns than a table of results has.
 _ROWS_OF_A_SHEET, _COLUMNS_OF_A_TABLE = 2**20, 1000
@@ -81,7 +81,7 @@ def _with_results(
             for table in _tables(sheets[title], request):
                 layout_of(table, request)
             lost.append(LostColumn(title))
-    return (NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell),) if lost else ()
+    return (NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.columns_hint),) if lost else ()
 
 
 def _rows(sheet: Any, request: Request) -> list[list[Any]]:

@@ -31,7 +31,7 @@ _AXES_OF_JOINT = frozenset({"rx", "ry", "rz"})
 _NO_NAMES = _AXES_OF_JOINT.union(_KINDS)
 
 
-def joint_held(name: str) -> str | None:
+def column_of_joint(name: str) -> str | None:
     """The column whose joint and quantity are the last words of a name; None if they are not.
 
     ``Steer_Joint.Rz.q#12`` and ``Bicycle_Steer_Joint_Rz_q`` are of the steer angle, whatever more

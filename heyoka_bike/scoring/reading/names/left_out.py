@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason, UnknownUnit
 from heyoka_bike.scoring.evidence.base import LostColumn
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     KEYS,
     TIME,
     by_words,
@@ -16,10 +16,10 @@ from heyoka_bike.scoring.reading.names.columns import (
     quantity_of,
     unit_in,
 )
-from heyoka_bike.scoring.reading.names.joints import joint_held
+from heyoka_bike.scoring.reading.names.heading_units import unknown_unit
+from heyoka_bike.scoring.reading.names.joints import column_of_joint
 from heyoka_bike.scoring.reading.names.meanings import IN_WORDS
-from heyoka_bike.scoring.reading.names.units import unknown_unit
-from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SHOWN, NAMES_SPELT, nearest
+from heyoka_bike.scoring.reading.names.suggestions import ALMOST, NAMES_SHOWN, NAMES_SPELT, nearest
 from heyoka_bike.scoring.reading.request import Request
 
 
@@ -27,14 +27,14 @@ def left_out(names: Sequence[str], request: Request) -> NotCompared:
     """Return the evidence that columns of unknown names are not used."""
     # Comparing letters takes a millisecond a name, and a file may have thousands.
     keys = [
-        resembled(name, request) if i < NAMES_SPELT else name_held(name, request)[0]
+        resembled(name, request) if i < NAMES_SPELT else column_within(name, request)[0]
         for i, name in enumerate(names)
     ]
     columns = tuple(
         LostColumn(name, key, _maneuver_in_words(name, request) if key else None)
         for name, key in zip(names, keys, strict=True)
     )
-    return NotCompared(Reason.UNKNOWN_NAME, columns, request.how_to_tell)
+    return NotCompared(Reason.UNKNOWN_NAME, columns, request.columns_hint)
 
 
 def resembled(name: str, request: Request) -> str | None:
@@ -46,7 +46,7 @@ def resembled(name: str, request: Request) -> str | None:
         angle = parse_heading(next(filter(None, match.groups()))).key
         if angle is not None and angle in RATE_OF:
             return RATE_OF[angle]
-    if key := nearest(name, ALMOST) or name_held(name, request)[0]:
+    if key := nearest(name, ALMOST) or column_within(name, request)[0]:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()]
@@ -63,7 +63,7 @@ def set_aside(
     columns = (
         LostColumn(name, quantity_of(name), _maneuver_in_words(name, request)) for name in names
     )
-    return NotCompared(reason, tuple(columns), request.how_to_tell)
+    return NotCompared(reason, tuple(columns), request.columns_hint)
 
 
 def _maneuver_in_words(name: str, request: Request) -> int | None:
@@ -72,7 +72,7 @@ def _maneuver_in_words(name: str, request: Request) -> int | None:
     return request.group if match is None else int(match[1])
 
 
-def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
+def column_within(name: str, request: Request) -> tuple[str | None, int | None]:
     """Return the key of the quantity whose name an unknown name holds, and its maneuver.
 
     ``field.forward_speed`` and ``roll_rate [\u00ba/s]`` hold one, as ``roll_angle_setpoint`` does.
@@ -92,7 +92,7 @@ def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
         key = None
     words = [word.lower() for step in steps for word in _TOKENS.findall(step)]
     runs = ("".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, i + 5))
-    key = key or joint_held(plain)
+    key = key or column_of_joint(plain)
     key = key or next((KEYS[run] for run in runs if run in KEYS and _COMPOUND.search(run)), None)
     if key is None or key == TIME:
         return None, None

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     TIME,
     Heading,
     Meaning,
@@ -21,9 +21,9 @@ from heyoka_bike.scoring.reading.names.columns import (
     parse_heading,
     without_maneuver,
 )
-from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
+from heyoka_bike.scoring.reading.names.heading_units import BRACKETS, quantities, split_unit
 
-Found = Meaning | None
+MaybeMeaning = Meaning | None
 """What a heading means; None if it is not known."""
 
 _UNIT_OF_ENERGY = "J"
@@ -72,7 +72,7 @@ def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
     return [with_meaning(h, f) for h, f in zip(headings, found, strict=True)]
 
 
-def with_meaning(heading: Heading, found: Found) -> Heading:
+def with_meaning(heading: Heading, found: MaybeMeaning) -> Heading:
     """The heading with another meaning."""
     key, maneuver = found or (None, None)
     return replace(heading, key=key, maneuver=maneuver)
@@ -89,7 +89,7 @@ def letter_of(stem: str) -> str:
     return match[1].lower() if match else ""
 
 
-def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
+def _with_capitals(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
     """Meanings with T and V as energies, as mechanics writes them beside a time and a speed.
 
     They are where t and v stand beside them, or where each is a second column of its meaning and
@@ -113,7 +113,7 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
     return meant
 
 
-def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
+def _apart(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
     """Meanings in which an ambiguous small letter means what no other column does."""
     apart = list(found)
     for i, (name, f) in enumerate(zip(names, found, strict=True)):
@@ -123,7 +123,7 @@ def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
     return apart
 
 
-def _from_one(found: list[Found], count: int) -> list[Found]:
+def _from_one(found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
     """Meanings with maneuvers counted from 1, where every column counts from 0.
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
@@ -136,7 +136,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
     return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
 
 
-def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
+def _without_speeds(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
     """Meanings in which u beside coordinates q is a speed, and no potential energy."""
     if not any(map(is_coordinate, names)):
         return found
@@ -147,7 +147,9 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
     return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
 
 
-def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+def _without_indices(
+    names: Sequence[str], found: list[MaybeMeaning], count: int
+) -> list[MaybeMeaning]:
     """Meanings without columns whose numbers are not those of maneuvers."""
     every = set(range(1, count + 1)) if count > 1 else None
     stems = [split_unit(name)[0].lower() for name in names]
@@ -175,7 +177,7 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
     return [None if i in out else f for i, f in enumerate(found)]
 
 
-def _in_turn(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+def _in_turn(names: Sequence[str], found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
     """The same names once for each maneuver mean the maneuvers in order."""
     keys = [f[0] if f else None for f in found]
     named = {(key, name.strip(" \"'")) for key, name in zip(keys, names, strict=True)}
@@ -189,6 +191,6 @@ def _in_turn(names: Sequence[str], found: list[Found], count: int) -> list[Found
     ]
 
 
-def _known_columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+def _known_columns(found: Sequence[MaybeMeaning]) -> list[tuple[int, str, int | None]]:
     """Index, key and number of the columns that are known, but for the time."""
     return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]

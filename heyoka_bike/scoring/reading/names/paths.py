@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     OF_NO_QUANTITY,
     TIME,
     by_words,
@@ -22,7 +22,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     parse_heading,
     unit_in,
 )
-from heyoka_bike.scoring.reading.names.units import split_unit
+from heyoka_bike.scoring.reading.names.heading_units import split_unit
 
 _STEPS = re.compile(r"[./|\\]+|(?<!:):(?!:)|::")
 _LEVELS = re.compile(r"\(\s*('[^']*'|\"[^\"]*\")(?:\s*,\s*('[^']*'|\"[^\"]*\"))+\s*,?\s*\)")

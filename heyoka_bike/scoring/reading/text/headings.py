@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from heyoka_bike.scoring.reading.names.columns import are_names, parse_heading, with_degrees
+from heyoka_bike.scoring.reading.names.heading import are_names, parse_heading, with_degrees
+from heyoka_bike.scoring.reading.names.heading_units import quantities
 from heyoka_bike.scoring.reading.names.paths import without_paths
-from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 

@@ -16,14 +16,14 @@ from typing import Any
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     is_known,
     is_maneuver,
     maneuvers_in,
     time_among,
 )
-from heyoka_bike.scoring.reading.names.left_out import name_held
-from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.names.left_out import column_within
+from heyoka_bike.scoring.reading.names.suggestions import names_found
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL, SHORTENED
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.text.dialects import (
@@ -322,7 +322,7 @@ def _heading_that_holds_names(
     """
     for i, names in of_width(above, width):
         plain = [name.strip(" \"'") for name in names]
-        if any(name_held(name, request)[0] for name in plain):
+        if any(column_within(name, request)[0] for name in plain):
             return plain, i
     return None, None
 

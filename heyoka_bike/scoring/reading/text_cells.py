@@ -1,6 +1,6 @@
-"""Tables with words in some columns, with names of maneuvers between their rows.
+"""Tables with words in some columns, or with names of maneuvers between their rows.
 
-They are the lines of a text once these are split, or the rows of a sheet.
+The rows are lines of a text, already split into cells, or rows of a sheet.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.arrays.long_tables import long_columns
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.names.columns import TIME, group_number, is_time
+from heyoka_bike.scoring.reading.names.heading import TIME, group_number, is_time
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
@@ -23,10 +23,10 @@ from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, heading_amo
 from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 
 _MANEUVER = "maneuver"
-# Lines above the rows: a title, levels of names, units.
+# Most lines above the rows that are kept: a title, levels of names, units.
 _MOST_ABOVE = 20
 _AROUND_LABELS = "[]():;,=-\"' "
-# A duration of MATLAB, of less than a minute.
+# A duration below a minute, as MATLAB or pandas write it.
 _PATTERN_OF_DURATION = re.compile(
     r"(?:0+ days? \+?)?(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
 )
@@ -35,17 +35,17 @@ _PATTERN_OF_DURATION = re.compile(
 def read_words(
     rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
 ) -> list[ReadTable] | None:
-    """The tables in columns of words and numbers below a line of their names; None without one.
+    """Read tables of words and numbers below a line of their names; None if there are none.
 
     Parameters
     ----------
     rows
-        Of the table: numbers, words, and None for what is empty. A row of one cell may name the
-        maneuver of those below it.
+        Cells of each row: numbers, words, and None for empty cells. A row with one cell may name
+        the maneuver of the rows below it.
     request
         The request to read them.
     dialect
-        How a word stands for a number.
+        How words are converted to numbers.
     """
     columns = _columns(rows, request, dialect)
     return tables(columns, request) if columns else None
@@ -54,7 +54,7 @@ def read_words(
 def _columns(
     rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
 ) -> dict[str, NDArray[np.object_]] | None:
-    """Cells by the names of their columns; None if rows have not all as many."""
+    """Return the cells of each column by name; None if the rows differ in length."""
     names: list[str] = []
     maneuver = None
     found: list[list[Any]] = []
@@ -66,7 +66,7 @@ def _columns(
         cells = zip(row, words, strict=True)
         has_number = any(is_number(x) or dialect.number(word) for x, word in cells)
         if not found and len(row) > 1 and not has_number:
-            # Names in one line or in several, and units.
+            # A line above the rows: names, in one line or in several, or units.
             above = [*above[1 - _MOST_ABOVE :], words]
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
             maneuver = label
@@ -83,14 +83,14 @@ def _columns(
 
 
 def _names(above: Sequence[list[str]], width: int, request: Request) -> list[str]:
-    """The names in the lines above rows of so many cells; those of the benchmark without a line."""
+    """Return the names above rows of this many cells; by default those of the benchmark."""
     names, _ = heading_among({i: [words] for i, words in enumerate(above)}, width, request)
     long = (words for words in reversed(above) if len(words) == width and long_columns(words))
     return names or next(long, [TIME, *BENCHMARK_COLUMNS])
 
 
 def _plain(name: str, cell: Any, word: str, dialect: Dialect) -> Any:
-    """A number as it is or as its decimal, a time without its unit; a word as it is."""
+    """Return a number unchanged, a written number as a decimal without unit, or the word itself."""
     if is_number(cell):
         return cell
     match = _PATTERN_OF_DURATION.fullmatch(word) if is_time(name) else None

@@ -30,8 +30,8 @@ class Step:
 
 
 @dataclass(slots=True)
-class Told:
-    """A step that is being taken.
+class StepLog:
+    """A step that is being logged.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Told:
 
 
 @contextmanager
-def taken(step: Step) -> Iterator[Told]:
+def logged(step: Step) -> Iterator[StepLog]:
     """Tell what a step asks and finds and how long it takes, also one that is ended early."""
-    begun, told = time.process_time(), Told()
+    begun, told = time.process_time(), StepLog()
     try:
         yield told
     finally:

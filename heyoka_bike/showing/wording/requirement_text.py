@@ -1,11 +1,9 @@
-"""Lists of findings from evidence, and the sentences about requirements."""
+"""Sentences about the requirements: whether each is met, and why not."""
 
-from collections.abc import Iterable, Sequence
 from math import inf
 
-from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.words import counted
-from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
     InPart,
@@ -20,32 +18,11 @@ from heyoka_bike.scoring.outcomes import (
     WorstValue,
 )
 from heyoka_bike.scoring.verdict import ALL_COLUMNS, DoesNotCount
-from heyoka_bike.showing.wording import DOES_NOT_COUNT
-
-
-def findings(evidence: Iterable[Evidence]) -> tuple[Finding, ...]:
-    """Return the findings of all evidence, in the same order."""
-    return tuple(e.finding() for e in evidence)
-
-
-def sentences(found: Iterable[Finding]) -> list[str]:
-    """The sentences of findings."""
-    return [f.message for f in found]
-
-
-def warnings(found: Iterable[Finding]) -> list[str]:
-    """The sentences of those findings that are warnings."""
-    return sentences(f for f in found if f.severity == Severity.WARNING)
-
-
-def cause(diagnosis: Sequence[Finding]) -> str:
-    """The first sentence of a diagnosis that names a cause, or else the first; empty without."""
-    told = [f for f in diagnosis if f.code not in ("no_mistake_found", "stopped_early")]
-    return next(iter(sentences(told or diagnosis)), "")
+from heyoka_bike.showing.wording.verdict_text import DOES_NOT_COUNT
 
 
 def outcome(found: Outcome) -> str:
-    """What came of a requirement in one sentence: where the worst is, or why it is not met."""
+    """Return the outcome of a requirement: its worst value and place, or why it is not met."""
     match found:
         case WorstValue():
             value = "never" if found.value == inf else f"{found.value:.3g}"

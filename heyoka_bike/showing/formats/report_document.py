@@ -9,16 +9,24 @@ from functools import partial
 from pathlib import Path
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.evidence.words import counted, open_words, unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, also_open
 from heyoka_bike.scoring.verdict import ALL_COLUMNS
 from heyoka_bike.showing import document as doc
-from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts
 from heyoka_bike.showing.document.html import capital
-from heyoka_bike.showing.wording import SIGNS, WORDS, Grade, file_grade, style_of
+from heyoka_bike.showing.wording import (
+    column_text,
+    number_text,
+    origin_text,
+    run_text,
+    verdict_text,
+)
+from heyoka_bike.showing.wording.grade_text import SIGNS, WORDS, file_grade, style_of
 
 _MOST_COLUMNS_SHOWN = (
     12  # the benchmark has eight columns, a file of the whole motion up to a hundred
@@ -67,39 +75,39 @@ _LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS_OF_SCORES[2:] 
 def document(
     scored: Report | Series, made: Sequence[tuple[str, str]] | None = None
 ) -> doc.Document:
-    """All that is said of a file or of a series; by default made now, see `wording.origin`."""
-    first = words.reports(scored)[0]
+    """All that is said of a file or of a series; by default made now, see `origin_text`."""
+    first = run_text.reports(scored)[0]
     if isinstance(scored, Report):
         title = heading = printable(Path(scored.file.path).name or scored.file.path)
         blocks = _of_file(scored)
     else:
-        names = ", ".join(words.run_name(scored, run) for run in scored.runs)
+        names = ", ".join(run_text.run_name(scored, run) for run in scored.runs)
         is_one, count = scored.is_one_program, len(scored.runs)
         heading = f"{count} {'runs of one program' if is_one else 'programs side by side'}"
         title = f"{count} {'runs' if is_one else 'programs'}: {names}"
         blocks = _of_series(scored)
-    made = words.origin() if made is None else made
-    by = words.reference_words(first.bicycle, first.dataset_version, first.reference_sha256)
+    made = origin_text.origin() if made is None else made
+    by = origin_text.reference_words(first.bicycle, first.dataset_version, first.reference_sha256)
     window, kind = f"{title} – uncontrolled bicycle", "Uncontrolled bicycle: score of"
     return doc.Document(window, heading, kind, tuple(blocks), [*made, *by])
 
 
 def _of_file(report: Report) -> Iterator[doc.Block]:
     """All that is said of a file; in a notebook what follows the digits is folded."""
-    text = capital("; ".join([words.graded(report), *words.caveats(report)]))
+    text = capital("; ".join([verdict_text.graded(report), *verdict_text.caveats(report)]))
     sign, style = SIGNS.get(file_grade(report), ""), f"verdict {style_of(report)}"
     yield doc.Paragraph(f"{text}.", style, sign=sign, only=doc.HTML)
-    if worst_error := words.worst_error_words(report):
+    if worst_error := verdict_text.worst_error_words(report):
         yield doc.Paragraph(f"{capital(worst_error)}.", "worst", only=doc.HTML)
     yield _asked(report)
-    warnings, held = words.warnings_words(report), words.contents(report)
+    warnings, held = verdict_text.warnings_words(report), verdict_text.contents(report)
     link, path = (warnings, "findings") if warnings else None, printable(report.file.path)
     yield doc.Paragraph(held, "facts", link=link, note=path, only=doc.HTML)
-    yield doc.Paragraph(words.verdict(report), style, only=doc.TEXT)
+    yield doc.Paragraph(verdict_text.verdict(report), style, only=doc.TEXT)
     yield doc.Paragraph(f"  {'; '.join(filter(None, (held, warnings)))}", only=doc.TEXT)
     yield _folded("Why it differs", _findings(report.diagnosis), is_open=True, only=doc.NOTEBOOK)
     yield _digits_of_file(report)
-    remark = words.performance_remark(report)
+    remark = verdict_text.performance_remark(report)
     yield doc.Paragraph(f"{remark}." if remark else "", "remark", lead="remark")
     yield _folded("Findings", _findings(report.said), only=doc.HTML)
     for name, severity in (("Warnings", Severity.WARNING), ("Information", Severity.INFO)):
@@ -107,7 +115,7 @@ def _of_file(report: Report) -> Iterator[doc.Block]:
         yield _folded(name, some, is_open=severity == Severity.WARNING, only=doc.TEXT)
     yield _folded("Requirements", _requirements(report), is_open=True)
     if e := report.explanation:
-        said = doc.Paragraph(f"{capital(words.sentence(e.says))}.", "said")
+        said = doc.Paragraph(f"{capital(number_text.sentence(e.says))}.", "said")
         title, curves = "What explains it", doc.Chart(partial(charts.explained, e))
         yield doc.Chapter(title, (said, curves), "explanation", title, only=doc.PAGE)
     for m in report.maneuvers:
@@ -118,15 +126,15 @@ def _of_file(report: Report) -> Iterator[doc.Block]:
 
 def _of_series(series: Series) -> Iterator[doc.Block]:
     """All that is said of a series; a notebook has each run folded."""
-    verdict = words.series_verdict(series)
+    verdict = verdict_text.series_verdict(series)
     yield doc.Paragraph(verdict, "head", only=doc.TEXT)
-    style = f" {style_of(words.chosen(series)[1].report)}" if series.is_one_program else ""
+    style = f" {style_of(run_text.chosen(series)[1].report)}" if series.is_one_program else ""
     yield doc.Paragraph(f"{capital(verdict)}.", f"verdict{style}", only=doc.HTML)
     yield _asked(series)
     yield _digits_of_runs(series)
     if series.is_one_program:
         for run in series.runs:
-            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
+            yield doc.Paragraph(f"  {verdict_text.verdict(run.report)}", only=doc.TEXT)
     found = _findings(series.findings)
     yield _folded("Findings", found, only=doc.HTML)
     for n in sorted({c.maneuver for c in series.convergence}):
@@ -137,7 +145,7 @@ def _of_series(series: Series) -> Iterator[doc.Block]:
 
 def _asked(scored: Report | Series) -> doc.Paragraph:
     """Return the number of requirements that are met, for a page."""
-    said = words.requirement_words(scored)
+    said = verdict_text.requirement_words(scored)
     style, sign = ("right", "✓") if scored.passed else ("wrong", "✗")
     text = f"{capital(said)}." if said else ""
     return doc.Paragraph(text, f"asked {style}", sign=sign, only=doc.HTML)
@@ -152,8 +160,8 @@ def _folded(name: str, content: doc.Block, *, is_open: bool = False, only: str =
 def _findings(found: Sequence[Finding]) -> doc.Listing:
     """Each finding with its severity, warnings first."""
     items = []
-    for f in words.by_severity(found):
-        said = words.sentence(f.message)
+    for f in verdict_text.by_severity(found):
+        said = number_text.sentence(f.message)
         mark = doc.Words(f.severity, "WARNING" if f.severity == Severity.WARNING else "info")
         items.append(doc.Item(doc.Words(capital(said), said), f.severity, mark))
     return doc.Listing(tuple(items))
@@ -164,7 +172,7 @@ def _requirements(report: Report) -> doc.Listing:
     items = []
     for r in report.requirements:
         mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
-        said, style = f"found {words.sentence(r.message)}", "passed" if r.met else "failed"
+        said, style = f"found {number_text.sentence(r.message)}", "passed" if r.met else "failed"
         items.append(doc.Item(said, style, mark, printable(r.text)))
     return doc.Listing(tuple(items))
 
@@ -212,7 +220,7 @@ def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
     for grade in sorted({c.grade for c in order}, reverse=True):
         some = [c for c in order if c.grade == grade and c not in shown]
         if some:
-            names = ", ".join(words.label(c.key) for c in some)
+            names = ", ".join(column_text.label(c.key) for c in some)
             heading = f"{capital(WORDS.get(grade, 'not compared'))}: {names}"
             drawn = doc.Chart(partial(charts.every_column, m, some))
             yield doc.Chapter(heading, (drawn,), only=doc.PAGE, folds=True)
@@ -220,24 +228,24 @@ def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
 
 def title(m: ManeuverScore) -> doc.Words:
     """The heading of a maneuver, in text with its rows."""
-    name = words.heading(m)
+    name = column_text.heading(m)
     return doc.Words(capital(name), f"{name}: {_covered(m)}")
 
 
 def _covered(m: ManeuverScore) -> str:
     """Rows, time, step and coverage of the reference; the column count if columns are missing."""
-    step = "" if m.step is None else f", every {words.plain(m.step)} s"
-    times = f"{words.plain(m.t_start)} to {words.plain(m.t_end)} s"
-    covered = words.percent(m.coverage)
+    step = "" if m.step is None else f", every {number_text.plain(m.step)} s"
+    times = f"{number_text.plain(m.t_start)} to {number_text.plain(m.t_end)} s"
+    covered = number_text.percent(m.coverage)
     few = "" if m.column_count >= ALL_COLUMNS else f", {m.column_count} of {ALL_COLUMNS} columns"
-    return f"{words.counted(m.rows, 'row')}, {times}{step}, {covered} of the reference{few}"
+    return f"{counted(m.rows, 'row')}, {times}{step}, {covered} of the reference{few}"
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
     """Scores of a maneuver's columns, and what their marks mean."""
     if not m.columns:
         return (doc.Paragraph("  no column could be compared", only=doc.TEXT),)
-    marks = "; ".join(words.mark_meanings(m.columns))
+    marks = "; ".join(column_text.mark_meanings(m.columns))
     note = doc.Words(f"{marks}.", marks) if marks else ""
     rows, about = list(map(_score, m.columns)), f"Scores of maneuver {m.maneuver}"
     return (
@@ -249,28 +257,28 @@ def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...
 
 def _score(c: ColumnScore) -> list[str | doc.Cell]:
     """Cells of `_COLUMNS_OF_SCORES`."""
-    name, (mark, notes) = printable(c.definition), (words.mark(c), words.notes(c))
+    name, (mark, notes) = printable(c.definition), (column_text.mark(c), column_text.notes(c))
     return [
-        doc.Cell(doc.Words(words.label(c.key), printable(c.key)), words.unit_text(c.unit)),
+        doc.Cell(doc.Words(column_text.label(c.key), printable(c.key)), unit_text(c.unit)),
         doc.Words(
             ", ".join((name.replace("_", " ") + mark, *notes)), "\n  ".join((name + mark, *notes))
         ),
         _error(c.max_abs_error),
-        words.plain(c.time_of_max),
+        number_text.plain(c.time_of_max),
         _error(c.rms_error),
-        words.number(c.max_rel_error),
-        words.one_decimal(c.scd),
-        words.one_decimal(c.mescd),
-        words.number(c.floor),
-        words.first_above(c),
-        words.number(c.as_written.measures.max_abs_error),
+        number_text.number(c.max_rel_error),
+        number_text.one_decimal(c.scd),
+        number_text.one_decimal(c.mescd),
+        number_text.number(c.floor),
+        column_text.first_above(c),
+        number_text.number(c.as_written.measures.max_abs_error),
         f"{c.values} ({c.missing} missing)" if c.missing else str(c.values),
     ]
 
 
 def _error(x: float | None) -> doc.Words:
     """An error, on a page with a digit more."""
-    return doc.Words(words.number(x, 3), words.number(x))
+    return doc.Words(number_text.number(x, 3), number_text.number(x))
 
 
 def _consistency(m: ManeuverScore) -> doc.Facts:
@@ -280,18 +288,18 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
     said = "drift of the file's own mechanical energy"
     if m.performance_limit is not None:
         said += ", the only thing that the benchmark judges here"
-    found = [(eq_1, words.performance_words(m), said)]
+    found = [(eq_1, verdict_text.performance_words(m), said)]
     if c.energy_sum is not None:
-        text = f"{words.number(c.energy_sum)} J"
+        text = f"{number_text.number(c.energy_sum)} J"
         if c.energy_sum_floor is not None:
-            text += f" (rounding explains {words.number(c.energy_sum_floor)} J)"
+            text += f" (rounding explains {number_text.number(c.energy_sum_floor)} J)"
         name = doc.Words("energies", "potential + kinetic - mechanical energy")
         found.append((name, text, "potential + kinetic against mechanical energy"))
     for which, x in (("roll", c.roll_rate), ("steer", c.steer_rate)):
         if x is not None:
             name = doc.Words(f"{which} rate", f"{which} rate - derivative of the angle")
             said = "against the derivative of the file's own angle"
-            found.append((name, f"{words.number(x)} rad/s", said))
+            found.append((name, f"{number_text.number(x)} rad/s", said))
     return doc.Facts(tuple(found))
 
 
@@ -308,7 +316,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     worst = sorted(columns, key=fewest.__getitem__)[:_MOST_COLUMNS_SHOWN]
     rows: list[doc.TableRow] = [
         [
-            doc.Words(words.label(key), printable(key)),
+            doc.Words(column_text.label(key), printable(key)),
             *(_digits(m.columns, key) for m in report.maneuvers),
             _taken(found),
         ]
@@ -343,11 +351,11 @@ def _digits_of_runs(series: Series) -> doc.TableBlock:
     numbers = sorted({n for run in series.runs for n in run.report})
     rows: list[doc.TableRow] = []
     for run in series.runs:
-        held, name, worst = run.report, words.run_name(series, run), run.report.worst
+        held, name, worst = run.report, run_text.run_name(series, run), run.report.worst
         cells = (_digits(held[n].columns if n in held else ()) for n in numbers)
-        place = f"{words.label(worst.column)} of maneuver {worst.maneuver}" if worst else ""
-        drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
-        short = doc.Words(name, words.short_name(name))
+        place = f"{column_text.label(worst.column)} of maneuver {worst.maneuver}" if worst else ""
+        drifts = (number_text.number(held[n].performance) if n in held else "-" for n in numbers)
+        short = doc.Words(name, run_text.short_name(name))
         rows.append([short, *cells, *drifts, place or "nothing compared"])
     what = "Run" if series.is_one_program else "Program"
     return doc.TableBlock(
@@ -374,14 +382,17 @@ def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
     """Columns by programs in one maneuver."""
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
     held = [[m for m in run.report.maneuvers if m.maneuver == maneuver] for run in series.runs]
-    names = (words.run_name(series, run) for run in series.runs)
+    names = (run_text.run_name(series, run) for run in series.runs)
     return doc.TableBlock(
         [
             doc.Words("Correct digits", ""),
-            *(doc.Words(name, words.short_name(name)) for name in names),
+            *(doc.Words(name, run_text.short_name(name)) for name in names),
         ],
         [
-            [words.label(key), *(_digits([c for m in ms for c in m.columns], key) for ms in held)]
+            [
+                column_text.label(key),
+                *(_digits([c for m in ms for c in m.columns], key) for ms in held),
+            ]
             for key in keys
         ],
         about="Correct digits",
@@ -400,7 +411,7 @@ def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
     if not known:
         return doc.Cell("-", grade=Grade.UNKNOWN)
     fewest = min(c.scd for c in known if c.scd is not None)
-    return doc.Cell(words.one_decimal(fewest), grade=max(c.grade for c in known))
+    return doc.Cell(number_text.one_decimal(fewest), grade=max(c.grade for c in known))
 
 
 def _taken(columns: Sequence[ColumnScore]) -> str:
@@ -417,21 +428,21 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
     r = c.as_understood
     said = []
     others, default = (
-        printable(words.open_words(also_open(found))),
+        printable(open_words(also_open(found))),
         printable(c.as_written.definition),
     )
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
-    elif not words.is_default(c) and default not in others.split():
+    elif not column_text.is_default(c) and default not in others.split():
         said.append(f"not the default {default}")
     if others:
         said.append(others)
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:
-        said.append(f"in {words.unit_text(r.unit)}")
+        said.append(f"in {unit_text(r.unit)}")
     if r.offset != c.as_written.offset:
-        said.append(f"zero at {words.plain(r.offset, 5)} {words.unit_text(c.unit)}")
+        said.append(f"zero at {number_text.plain(r.offset, 5)} {unit_text(c.unit)}")
     return said
 
 
@@ -482,17 +493,17 @@ def _all_runs(series: Series, n: int) -> doc.Chapter:
 
 def _each_run(series: Series) -> Iterator[doc.Block]:
     """A chapter for each run; of one program a page shows the chosen one in full."""
-    kind, best = words.chosen(series)
+    kind, best = run_text.chosen(series)
     for i, run in enumerate(series.runs):
         is_best = run is best
-        name, held = words.run_name(series, run), run.report
-        called = words.run_words(run) + (f" ({kind})" if is_best else "")
+        name, held = run_text.run_name(series, run), run.report
+        called = run_text.run_words(run) + (f" ({kind})" if is_best else "")
         asked = _requirements(held)
         is_full = is_best and series.is_one_program
         scored: Callable[[ManeuverScore, bool], doc.Chapter] = _maneuver if is_full else _scores
         content: tuple[doc.Block, ...] = (
             doc.Paragraph(called, "facts"),
-            doc.Paragraph(f"{capital(words.graded(held))}.", "said"),
+            doc.Paragraph(f"{capital(verdict_text.graded(held))}.", "said"),
             asked,
             _findings(held.findings),
             *(scored(m, i == j == 0) for j, m in enumerate(held.maneuvers)),
@@ -509,7 +520,7 @@ def _each_run(series: Series) -> Iterator[doc.Block]:
 
 
 def _scores(m: ManeuverScore, is_explained: bool) -> doc.Chapter:
-    return doc.Chapter(capital(words.heading(m)), scores(m, is_explained))
+    return doc.Chapter(capital(column_text.heading(m)), scores(m, is_explained))
 
 
 def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
@@ -517,22 +528,28 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_cpu = any(run.cpu is not None for run in series.runs)
     has_orders = _has_orders(series, maneuver)
-    size = words.size_heading(series)
+    size = run_text.size_heading(series)
     what = doc.Words(size.removesuffix(" [s]") or "run", size)
     blank = [""] * has_cpu
     rows: list[list[str | doc.Cell]] = []
     for i, run in enumerate(series.runs):
         if i and has_orders:
-            orders = (doc.Cell(words.one_decimal(c.orders[i - 1]), style="aside") for c in columns)
+            orders = (
+                doc.Cell(number_text.one_decimal(c.orders[i - 1]), style="aside") for c in columns
+            )
             name = doc.Cell(doc.Words("observed order", "  order"), style="aside")
             rows.append([name, *blank, *orders])
-        full = f"{words.plain(run.step)} s" if run.step is not None else words.run_name(series, run)
-        step = doc.Words(full, words.size_text(run) or f"run {i + 1}")
-        cpu = [words.plain(run.cpu, 3)] * has_cpu
+        full = (
+            f"{number_text.plain(run.step)} s"
+            if run.step is not None
+            else run_text.run_name(series, run)
+        )
+        step = doc.Words(full, run_text.size_text(run) or f"run {i + 1}")
+        cpu = [number_text.plain(run.cpu, 3)] * has_cpu
         rows.append([step, *cpu, *(_error(c.errors[i]) for c in columns)])
     said = "Largest errors."
     if has_orders:
-        left = (words.number(c.richardson_error) for c in columns)
+        left = (number_text.number(c.richardson_error) for c in columns)
         rows.append([doc.Words("extrapolated", "extrapol."), *blank, *left])
         said = (
             "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
@@ -540,15 +557,15 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
             "cancels the leading term."
         )
     if series.is_one_program:
-        rows.append(["floor", *blank, *(words.number(c.floor) for c in columns)])
+        rows.append(["floor", *blank, *(number_text.number(c.floor) for c in columns)])
         said += " Floor: what the digits written allow."
     if has_cpu:
         said += " CPU: processor time of the whole run."
     heads = []
     for c in columns:
-        quantity = words.label(c.key)
+        quantity = column_text.label(c.key)
         folded = doc.Words(quantity, quantity.replace(" ", "\n", 1) + "\n")
-        heads.append(doc.Cell(folded, words.unit_text(c.unit)))
+        heads.append(doc.Cell(folded, unit_text(c.unit)))
     first = what if series.is_one_program else "program"
     return doc.TableBlock(
         [first, *["CPU [s]"] * has_cpu, *heads],

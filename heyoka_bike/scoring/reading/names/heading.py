@@ -10,8 +10,8 @@ from typing import Any
 
 from heyoka_bike.bicycle.aliases import KEYS_BY_WORD
 from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.scoring.reading.names.heading_units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.names.joints import of_joint
-from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.request import Request
 
 # Between the words of time_s, steer_rate_deg_s, speed_in_m_s__1.

@@ -29,12 +29,13 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnOfAnotherManeuver,
     ColumnRatio,
     OtherColumn,
+    OtherManeuver,
     Scaled,
     SingleRows,
     SmoothedColumns,
     UnsignedColumn,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
@@ -84,7 +85,7 @@ def deviating_columns(report: Report) -> Undone | None:
     # These are no function of the right column.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
-        is_told = c.values >= FEWEST_TELLING_ROWS and c.scale
+        is_told = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
         # One number in every row is no function of the right column.
         ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
         if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
@@ -329,7 +330,7 @@ def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
 
 def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
     """Single rows that do not fit their neighbours, and True if they repeat the row before."""
-    if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
+    if c.values < m.rows or m.rows < MIN_ROWS_FOR_SHAPE or is_right_column(c):
         return None
     value, least = c.trace.value, floor_of(c)
     is_same = np.diff(value) == 0.0
@@ -344,7 +345,7 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     error = np.abs(c.trace.error)
     if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
         # If the motion is right, repeated rows next to each other show as well.
-        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
+        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= MAX_ROUNDING_FLOORS * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
         return (every if len(every) < _MOST_SINGLE * m.rows else held), True
@@ -399,7 +400,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     inside = value[(value != low) & (value != high)]
     is_coarse = 2 * len(inside) < len(value) or 2 * len(np.unique(inside)) < len(inside)
     is_held = np.max(lengths[~is_bound], initial=0) >= _FEWEST_CLIPPED
-    if c.values < FEWEST_TELLING_ROWS or is_held or is_coarse:
+    if c.values < MIN_ROWS_FOR_SHAPE or is_held or is_coarse:
         return None
     told = []
     for bound, inf in ((low, -np.inf), (high, np.inf)):
@@ -413,6 +414,9 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
 
 def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Evidence of the columns, those of one kind and size together."""
+    exchanged = _other_maneuvers(report, found)
+    yield from (OtherManeuver(n, of) for n, of in exchanged.items())
+    found = {place: d for place, d in found.items() if place[0] not in exchanged}
     averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
     for count, where in averaged.items():
         yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in where), int(count))
@@ -437,6 +441,27 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
             elif how == "clipped":
                 low, high = map(_finite, about)
                 yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
+
+
+def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:
+    """Return the maneuvers all of whose wrong columns hold those of one other maneuver, by number.
+
+    A single column may have been written to the wrong place, so at least half of the columns must.
+    """
+    exchanged = {}
+    for m in report.maneuvers:
+        columns = [c for n, c in places(report) if n.maneuver == m.maneuver]
+        wrong = [c.key for c in columns if not is_right_column(c)]
+        deviations = [found.get((m.maneuver, key)) for key in wrong]
+        held = {
+            d.of if d is not None and d.how == "another" and d.other == key else None
+            for key, d in zip(wrong, deviations, strict=True)
+        }
+        if len(held) == 1 and 2 * len(wrong) > len(columns) > 1:
+            (of,) = held
+            if of is not None:
+                exchanged[m.maneuver] = of
+    return exchanged
 
 
 def _finite(x: float) -> float | None:
@@ -469,7 +494,7 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
     a, b = one.trace, other.trace
     n = min(len(a.value), len(b.value))
     if (
-        n < FEWEST_TELLING_ROWS
+        n < MIN_ROWS_FOR_SHAPE
         or not np.ptp(a.value)
         or not np.ptp(a.reference[:n] - b.reference[:n])
     ):

@@ -1,4 +1,4 @@
-"""Words about names: those that are alike, lists for messages, and names that a user told."""
+"""Similar names, lists of names for messages, and the names that a user gives the columns."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     KEYS,
     TIME,
     by_words,
@@ -15,7 +15,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     is_time,
     parse_heading,
 )
-from heyoka_bike.scoring.reading.names.units import split_unit
+from heyoka_bike.scoring.reading.names.heading_units import split_unit
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 
 # The names of a message; more would not be read.
@@ -34,7 +34,7 @@ ALMOST = 0.85
 """Names that were misspelt are so much alike."""
 
 
-def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+def parse_column_names(columns: Sequence[str], option: str) -> tuple[str, ...]:
     """The names that columns were said to have.
 
     Raises

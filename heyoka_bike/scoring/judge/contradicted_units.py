@@ -1,4 +1,4 @@
-"""Units: whether the heading of a column says the one that its values are in."""
+"""Units: whether the heading of a column names the unit of its values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from heyoka_bike.scoring.report import Report
 
 
 def headings_contradicted(report: Report) -> Iterator[UnitContradicted]:
-    """Columns whose heading names another unit than the one that fits their values."""
+    """Yield columns whose heading names another unit than the one that fits their values."""
     for key, places in report.by_column().items():
         m, first = places[0]
         unit = first.as_understood.unit

@@ -18,7 +18,7 @@ from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Clock
@@ -34,7 +34,7 @@ class _Wrong(AtOtherTimes):
     """The wrong columns of a maneuver."""
 
     def __init__(self, m: ManeuverScore) -> None:
-        whole = whole_columns(m) if m.rows >= FEWEST_TELLING_ROWS else []
+        whole = whole_columns(m) if m.rows >= MIN_ROWS_FOR_SHAPE else []
         wrong = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
         super().__init__(m, wrong)
 

@@ -6,7 +6,7 @@ from heyoka_bike.numbers.exact import Exact
 
 
 @dataclass
-class Found:
+class ForeignBicycle:
     """Parameters of a file.
 
     Attributes

@@ -13,8 +13,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
 from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
@@ -26,13 +26,13 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.columns import of_other_maneuvers, scaled
+from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.rows.table import whole_columns
@@ -54,14 +54,16 @@ _GIVEN = ("roll_rate", "forward_speed")
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
-AtOnce = FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+VisibleFault = (
+    FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+)
 """What is seen at once."""
 
 
-def shown(report: Report) -> tuple[AtOnce, ...]:
+def shown(report: Report) -> tuple[VisibleFault, ...]:
     """Return what is seen at once, whatever else is found."""
     maneuvers = report.maneuvers
-    found: list[AtOnce] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
+    found: list[VisibleFault] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
@@ -83,7 +85,7 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
         # Other units of the angle do not lower it.
-        low = height.value < HALF * height.reference
+        low = height.value < MEANINGLESS_ERROR * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
         )
@@ -134,7 +136,7 @@ def _right_rows(c: ColumnScore) -> int:
         return 0
     # The upper quartile is an error of the rows between, even if these are only half of all rows.
     usual = float(np.quantile(error, 0.75))
-    most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
+    most = min(len(error) // MIN_ROWS_FOR_SHAPE, _MOST_BETWEEN)
     for every in range(2, most + 1):
         if BY_FAR * float(np.max(error[::every])) < usual:
             return every
@@ -146,7 +148,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 
     Until the last step, after which all stands still.
     """
-    tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
+    tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
@@ -159,7 +161,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     is_zero = (c.trace.value[rows] == 0.0)[order:]
     moves = (right > CLEARLY * tiny) & ~is_zero
     # Between others it goes on by steps of any size; few digits make many of the same.
-    if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
+    if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
@@ -172,7 +174,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
-def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
+def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
     """True if every wrong maneuver leaves the right motion later than at its start.
 
     Or some of its rows are right, and only those between them are not.
@@ -210,12 +212,12 @@ def _departs(
         return None
     last, row = rows
     # Errors of steps that a tolerance chooses may differ as much, from one step to the next.
-    is_right = off[last] <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * floor)
+    is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
     right = float(np.max(off[: last + 1]))
     end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
-    is_back = m.rows - end >= FEWEST_TELLING_ROWS
+    is_back = m.rows - end >= MIN_ROWS_FOR_SHAPE
     ahead, relief = _shift_from(m, columns, row)
     return Departs(
         m.maneuver,
@@ -224,7 +226,7 @@ def _departs(
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,
-        ahead if relief > WEIGHTS.nearly and not is_back else None,
+        ahead if relief > THRESHOLDS.nearly and not is_back else None,
         keys,
     )
 
@@ -270,7 +272,7 @@ def other_times(report: Report) -> OtherTimes | None:
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
         # Of correct programs two are left a sixth of the error, in one maneuver a thirtieth.
         count = len(columns) - max(len(energies) - 1, 0)
-        if count <= FEW_COLUMNS or m.rows <= FEWEST_TELLING_ROWS:
+        if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
             return None
         ahead, left = _ahead(columns)
         if not all(_falls(c, ahead) for c in columns):
@@ -278,7 +280,7 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.nearly):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = CLEARLY * (most - least) < abs(most + least)
@@ -365,7 +367,7 @@ def _whole_error(c: ColumnScore) -> float:
     return rms(c.trace.error) / (rms(c.trace.reference) or 1.0)
 
 
-def beside(
+def faults_in_other_columns(
     report: Report, left_out: Collection[str] = ()
 ) -> tuple[ColumnBeside | NotDiagnosed, ...]:
     """Return what is seen in the columns that are not the benchmark's and not right.
@@ -384,7 +386,7 @@ def beside(
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
             columns = {m.maneuver: c for m, c in wrong}
-            found += _wrong_alone(key, columns, is_unknown=key in left_out)
+            found += _isolated_wrong_columns(key, columns, is_unknown=key in left_out)
         elif key not in left_out:
             others.append(key)
     if others:
@@ -399,7 +401,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
-def _wrong_alone(
+def _isolated_wrong_columns(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
 ) -> Iterator[ColumnBeside]:
     """Yield what is seen in a column that is wrong alone, by the number of the maneuver."""

@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.digits import (
     column_of_steps,
     written_column,
 )
-from heyoka_bike.scoring.reading.names.columns import group_number
+from heyoka_bike.scoring.reading.names.heading import group_number
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadColumn
 from heyoka_bike.scoring.reading.text.blocks import rests

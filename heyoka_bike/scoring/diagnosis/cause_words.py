@@ -1,0 +1,93 @@
+"""Phrases about causes and the values that explain a file, for the sentences of `conclusions`."""
+
+import re
+from collections.abc import Sequence
+from math import floor, log10
+
+from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.reference.structure import UNKNOWNS
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
+from heyoka_bike.scoring.grades import TOLERANCE
+
+UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
+"""Unit of each parameter, initial value and force."""
+
+# Uncertainties below this fraction of a value are not shown.
+_LEAST_UNCERTAINTY_SHOWN = 1e-6
+# A term is missing as a whole if its fraction found is this near to 1.
+_NEARLY_ALL = 0.02
+_INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
+_BODIES = {"B": "rear frame", "H": "fork"}
+
+
+def mistakes_words(mistakes: Sequence[Cause]) -> str:
+    """Describe some causes, each by its fitted values or by what the program does."""
+    return ", and ".join(_values_words(m.found) if m.found else m.says for m in mistakes)
+
+
+def share_words(share: float) -> str:
+    """Return an error relative to its own size, as "0.3 %" or "2.1 times its size"."""
+    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
+
+
+def scale_words(error: float) -> str:
+    """Return an error relative to the scale of its column."""
+    return f"{100 * error:.2g} % of its scale" if error < 2.0 else f"{error:.2g} times its scale"
+
+
+def inertia_words(found: Sequence[FittedValue]) -> str:
+    """Describe the pattern in several wrong inertias of one body; empty if there is none."""
+    by_axes = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
+    if len(by_axes) < len(found) or not {"xx", "zz"} <= by_axes.keys():
+        return ""
+    bodies = {x.name[1] for x in found}
+    if len(bodies) > 1:
+        return ""
+    body = _BODIES[bodies.pop()]
+    xx, zz = by_axes["xx"], by_axes["zz"]
+    right = xx.right + zz.right
+    if abs(xx.value + zz.value - right) < TOLERANCE * right:
+        return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
+    if all(x.value < x.right for axes, x in by_axes.items() if axes != "xz"):
+        return (
+            f". All are too small, as if the inertias of the {body}'s parts were added without "
+            "moving them to the common centre"
+        )
+    return ""
+
+
+def _values_words(found: Sequence[FittedValue]) -> str:
+    return ", and ".join(
+        _part_words(x) if x.name in FORCES and FORCES[x.name].is_part else _value_words(x)
+        for x in found
+    )
+
+
+def _part_words(x: FittedValue) -> str:
+    """Say which fraction of a term of the equations a program has."""
+    says = FORCES[x.name].says
+    is_missing = abs(x.value - 1.0) < _NEARLY_ALL
+    times = "is missing" if is_missing else f"is {1.0 - x.value:.4g} times what it should be"
+    return f"the {says} {times}"
+
+
+def _value_words(x: FittedValue) -> str:
+    """Return a value with the digits that its uncertainty allows, and the correct value."""
+    size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
+    least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
+    decimals = max(1, -floor(log10(least))) if least else 1
+    after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
+    # Hide uncertainties as small as rounding, and those of values that hardly affect the error.
+    is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
+    within = f" (+- {x.uncertain:.1g})" if is_known else ""
+    right = f"{round(x.right, 12) + 0.0:.10g}"
+    return f"{_name_words(x)} is {after} {UNIT_OF_VALUE[x.name]}{within} instead of {right}"
+
+
+def _name_words(x: FittedValue) -> str:
+    if x.name in FORCES:
+        return f"the {FORCES[x.name].says}"
+    if x.maneuver is None:
+        return f"the {PARAMETERS[x.name].description} ({x.name})"
+    return f"the {x.name.replace('_', ' ')} of maneuver {x.maneuver}"

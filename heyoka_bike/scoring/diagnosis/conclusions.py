@@ -1,0 +1,622 @@
+"""Conclusions of a diagnosis, as evidence: causes, integrators, and that nothing explains a file.
+
+Evidence that needs no simulation is in `scoring.evidence`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis.cause_words import (
+    UNIT_OF_VALUE,
+    inertia_words,
+    mistakes_words,
+    scale_words,
+    share_words,
+)
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
+from heyoka_bike.scoring.diagnosis.residual.laws import Law
+from heyoka_bike.scoring.diagnosis.residual.methods import Method
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_units
+from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import BY_FAR
+
+_COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
+_CHECK_FORCES = (
+    "The benchmark has no force but gravity, and all terms of the equations of motion: check what "
+    "your program applies beside gravity, by default or in its joints"
+)
+_ABOUT_STARTS = (
+    ". Where rolling does not allow a start, the nearest velocities in kinetic energy are taken, "
+    "as an impulse of the constraint forces leaves them"
+)
+# Errors below this fraction of a column's size are not mentioned: six digits are right.
+_NEGLIGIBLE_ERROR = 1e-6
+# Fractions of the range of a variable at which the message on a torque gives values.
+_PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
+# The ratio `LeftOfEquations.above` up to which explicit methods explain a residual. It is 152 for
+# IDA, an implicit method that solves for the rates.
+_MAX_RATIO_OF_EXPLICIT = 3.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explained(Evidence):
+    """Causes that explain a file.
+
+    Attributes
+    ----------
+    rank
+        1 for the likeliest.
+    hypotheses : tuple of Hypothesis
+        Indistinguishable causes, the likeliest first.
+    rest
+        The place where an error remains that neither the digits nor an integrator explains; None if
+        the cause explains everything.
+    acceleration
+        The equation with the largest residual: its name, the residual relative to the acceleration,
+        and the factor by which the cause reduces it. None if the equations do not show the cause.
+    as_given : tuple of str
+        Columns whose first row has the given initial value, although another one was fitted.
+    left
+        The largest typical error that the digits do not explain, in scales; 0 if there is none.
+    rivals : tuple of Hypothesis
+        Other causes that reduce the residual of the equations nearly as much, if an error remains.
+    """
+
+    rank: int
+    hypotheses: tuple[Hypothesis, ...]
+    rest: Place | None
+    acceleration: tuple[str, float, float] | None
+    as_given: tuple[str, ...]
+    left: float = 0.0
+    rivals: tuple[Hypothesis, ...] = ()
+
+    def message(self) -> str:
+        first, *others = self.hypotheses
+        said = mistakes_words(first.mistakes)
+        if first.found and self.rest is None:
+            said = f"{_COUNTS.get(len(first.found), 'these explain')} it: {said}"
+        said += inertia_words(first.found)
+        begins = ("" if self.rank == 1 else "or, less likely: ") + (
+            "" if self.rest is None else "looks like: "
+        )
+        text = f"{begins}{said}"
+        text = f"{text[0].upper()}{text[1:]}. {self._proof()}"
+        if self.rest is not None:
+            text += f". {_rest_words(first, self.rest)}"
+        if self.rivals:
+            near = "; or ".join(mistakes_words(h.mistakes) for h in self.rivals)
+            text += f". Nearly as much is explained by: {near}"
+        text = f"{text}. {self._advice()}"
+        if others:
+            same = "; or ".join(
+                mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
+            )
+            text += f". The file cannot tell this from {same}"
+        return text
+
+    def _finding(self) -> Finding:
+        first = self.hypotheses[0]
+        if first.found:
+            changes = [[_value(x) for x in h.found] for h in self.hypotheses if h.found]
+            found = warning(
+                "parameters",
+                self.message(),
+                rank=self.rank,
+                gain=first.gain,
+                relief=first.relief,
+                changes=changes,
+                is_all=self.rest is None,
+            )
+        else:
+            codes, *alike = [list(h.codes) for h in self.hypotheses]
+            found = warning(
+                "mistake",
+                self.message(),
+                rank=self.rank,
+                mistakes=codes,
+                **_errors(first),
+                indistinguishable=alike,
+                is_all=self.rest is None,
+            )
+        return found if self.rank == 1 else replace(found, severity=Severity.INFO)
+
+    def _proof(self) -> str:
+        """Say how much the cause explains, in whole runs and in which equation."""
+        said = (
+            f"Simulated with this, the error falls by a factor of {self.hypotheses[0].relief:.1g}"
+        )
+        if self.acceleration is not None:
+            where, share, factor = self.acceleration
+            said += (
+                f". The file's own {where} acceleration is off from the exact equations by "
+                f"{share_words(share)}; with this, {factor:.1g} times less"
+            )
+        if self.rest is None and self.left:
+            # A larger error than this is seldom the integrator's: it would be visible in a plot.
+            other = ", or another cause" if self.left > TOLERANCE else ""
+            said += (
+                f". What is left, typically {scale_words(self.left)}, is the integrator's error, "
+                f"or what this does not describe exactly{other}"
+            )
+        return said
+
+    def _advice(self) -> str:
+        """Say what to check in the program."""
+        first = self.hypotheses[0]
+        if any(x.name in FORCES for x in first.found):
+            return _CHECK_FORCES
+        if self.as_given:
+            return (
+                f"But the first row has {' and '.join(self.as_given)} as given: the motion is "
+                "another from the second row on, so look at the first step, not at the input"
+            )
+        text = "Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
+        is_of_start = not first.found and any(m.kind == "start" for m in first.mistakes)
+        return text + (_ABOUT_STARTS if is_of_start else "")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinearMotion(Evidence):
+    """Motions of the linearised equations.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    unknown : tuple of str
+        Columns that are not compared.
+    rest
+        The place of roll and steer with the largest remaining error.
+    left
+        Typical error there, in scales.
+    """
+
+    hypothesis: Hypothesis
+    unknown: tuple[str, ...]
+    rest: Place
+    left: float
+
+    code = "linearised"
+
+    def message(self) -> str:
+        number, worst = self.rest
+        rest = "Nothing else is wrong"
+        if self.left > _NEGLIGIBLE_ERROR:
+            rest = (
+                f"An error remains, typically {100 * self.left:.2g} % of the size of {worst} of "
+                f"maneuver {number} and less in roll and steer elsewhere; it can be the "
+                "integrator's: try a smaller step or tolerance"
+            )
+        if self.unknown:
+            rest += (
+                f". Not compared: {', '.join(self.unknown)}, as programs of linear equations "
+                "compute energies in several ways"
+            )
+        return (
+            "These are motions of the linearised equations, at constant speed: compared with "
+            "those, the typical error is smaller by a factor of "
+            f"{self.hypothesis.relief:.2g}. The benchmark asks for the nonlinear equations. {rest}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return _errors(self.hypothesis)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LikeliestUntilThen(Evidence):
+    """The likeliest cause found within the time limit; an untried one may be likelier."""
+
+    hypothesis: Hypothesis
+
+    code = "likeliest_until_then"
+
+    def message(self) -> str:
+        h = self.hypothesis
+        return (
+            f"The likeliest cause until then: {mistakes_words(h.mistakes)}. Simulated with this, "
+            f"the error falls by a factor of {h.relief:.1g}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"mistakes": list(self.hypothesis.codes), **_errors(self.hypothesis)}
+
+
+@dataclass(frozen=True, slots=True)
+class Integrator(Evidence):
+    """Methods whose first error term resembles the file's error.
+
+    Attributes
+    ----------
+    methods : tuple of Method
+        Indistinguishable methods.
+    is_explained
+        False if they are merely the nearest.
+    """
+
+    methods: tuple[Method, ...]
+    is_explained: bool
+
+    code = "integrator"
+
+    def message(self) -> str:
+        names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in self.methods)
+        first = self.methods[0]
+        if not self.is_explained:
+            return (
+                f"Of the known methods {names} is the nearest, but explains a factor of "
+                f"{first.relief:.2g} only. If a smaller step leaves the error as it is, it is "
+                "another cause"
+            )
+        said = (
+            f"The error is that of a method of order {first.order}, as of {names}: what the "
+            f"file leaves of the exact equations falls by a factor of {first.relief:.2g}. "
+        )
+        if not first.is_of_rows:
+            said += "Rows are no whole number of such steps apart, so it is another method. "
+        return f"{said}Take a smaller step, or a method of higher order"
+
+    def numbers(self) -> Mapping[str, Any]:
+        methods = [{"method": m.says, "step": m.step} for m in self.methods]
+        return {"methods": methods, "relief": self.methods[0].relief}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class IntegratedBy(Evidence):
+    """Methods that reproduce the file's error when they are run.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+        The likeliest one.
+    methods : tuple of NumericalMethod
+        Indistinguishable methods, the likeliest first.
+    rest
+        The place where an error remains, above the digits and a hundredth of the error; None if the
+        method explains everything.
+    """
+
+    hypothesis: Hypothesis
+    methods: tuple[NumericalMethod, ...]
+    rest: Place | None
+
+    code = "integrator"
+
+    @property
+    def is_sure(self) -> bool:
+        """True if no other method reproduces the error as well.
+
+        The explicit midpoint rule in other coordinates reduced an error of Ralston's method by a
+        factor of 200.
+        """
+        return self.hypothesis.relief > BY_FAR**2
+
+    def message(self) -> str:
+        names = " or ".join(m.says for m in self.methods)
+        h = self.hypothesis
+        said = "The error is " if self.is_sure else "The nearest of the methods known here is "
+        said += f"that of {names}" if self.is_sure else names
+        said += f". Run here, it lets the error fall by a factor of {h.relief:.1g}. "
+        if not self.is_sure:
+            return said + (
+                "In other coordinates it leaves another error. If a smaller step leaves the error "
+                "as it is, it is another cause"
+            )
+        rest = "Nothing else is seen" if self.rest is None else _rest_words(h, self.rest)
+        return f"{said}{rest}. Take a smaller step, or a method of higher order"
+
+    def numbers(self) -> Mapping[str, Any]:
+        methods = [{"method": m.method, "step": m.step} for m in self.methods]
+        return {"methods": methods, "relief": self.hypothesis.relief}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Direction(Evidence):
+    """A cause that explains most of the residual of the equations.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    """
+
+    hypothesis: Hypothesis
+
+    code = "direction"
+
+    def message(self) -> str:
+        h = self.hypothesis
+        return (
+            f"What is wrong acts nearly like this: {mistakes_words(h.mistakes)}. What disagrees "
+            f"with the exact equations falls by a factor of {h.relief:.2g} with it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"mistakes": list(self.hypothesis.codes), "relief": self.hypothesis.relief}
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOfEquations(Evidence):
+    """Residual of the equations above the digits, but too small to show a force by itself.
+
+    Attributes
+    ----------
+    shares : mapping of str to float
+        Errors of the accelerations relative to themselves, by the names of the equations.
+    acts_in
+        The equation in which it acts most, as a generalised force.
+    above
+        Its ratio to the difference of the rates from the slopes of the angles.
+    """
+
+    shares: Mapping[str, float]
+    acts_in: str
+    above: float
+
+    code = "left_of_equations"
+
+    @property
+    def may_be_explicit(self) -> bool:
+        """True if explicit Runge-Kutta methods can leave such a residual."""
+        return self.above <= _MAX_RATIO_OF_EXPLICIT
+
+    def message(self) -> str:
+        off = ", ".join(f"{name} by {share_words(share)}" for name, share in self.shares.items())
+        said = (
+            "What the file leaves of the exact equations acts most in the equation of "
+            f"{self.acts_in}; accelerations are off: {off}. "
+        )
+        if self.may_be_explicit:
+            return f"{said}An integrator leaves as much, a term of the model more"
+        return (
+            f"{said}That is {self.above:.2g} times what integrators leave in the rates, some 150 "
+            "times"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return _residual(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceUnexplained(Evidence):
+    """A force or a term that no known cause explains.
+
+    Attributes
+    ----------
+    left : LeftOfEquations
+        The residual, above that of an integrator.
+    is_beside
+        True if a cause explains nearly everything else.
+    is_end
+        True if the search ended with it, and two mistakes at once were not tried.
+    """
+
+    left: LeftOfEquations
+    is_beside: bool
+    is_end: bool
+
+    code = "term_unexplained"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        shares = self.left.shares
+        what = (
+            "What is left is more than an integrator's error: a higher order of this, or another "
+            "cause"
+            if self.is_beside
+            else "A force or a term is missing or too many, or constraints drift, slip or yield; "
+            "it is no cause that is known here"
+        )
+        said = (
+            f"{what}. It acts most in the equation of {self.left.acts_in}: look there first. "
+            f"Accelerations are off by {share_words(shares['roll'])} (roll), "
+            f"{share_words(shares['steer'])} (steer)"
+        )
+        if self.is_end:
+            said += (
+                ". Two mistakes at once were not tried: --thorough, in Python thorough=True, does"
+            )
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        return _residual(self.left)
+
+
+@dataclass(frozen=True, slots=True)
+class TorqueLaw(Evidence):
+    """A torque that depends on one angle or rate, and that no known cause explains."""
+
+    law: Law
+
+    code = "torque_law"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        law = self.law
+        of = dict(zip(law.places, law.values, strict=True))
+        largest = max(of)
+        unit = "rad/s" if law.variable.endswith("rate") else "rad"
+        some = sorted({min(of, key=lambda x: abs(x - part * largest)) for part in _PARTS_OF_RANGE})
+        where = "on the steer axis" if law.equation == "steer" else "that leans the bicycle"
+        values = ", ".join(f"{of[x]:.3g} N m at {x:.2g} {unit}" for x in some)
+        said = (
+            f"A torque {where} is there, or missing, that depends on the {law.variable} alone: as "
+            f"an odd function of it by its values, such as {values}, what disagrees with the exact "
+            f"equations falls by a factor of {law.relief:.2g} in the half of the run in which "
+            "these were not looked for"
+        )
+        if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
+            said += (
+                ". It brakes: a friction. Look at what your program applies at this joint by "
+                "default"
+            )
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        law = self.law
+        return {
+            "equation": law.equation,
+            "variable": law.variable,
+            "places": list(law.places),
+            "values": list(law.values),
+            "relief": law.relief,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class NoCauseFound(Evidence):
+    """No known cause explains the file.
+
+    Attributes
+    ----------
+    tried
+        Number of programs tried.
+    maneuver, key, max_rel_error
+        Place and size of the largest error, in scales.
+    are_equations_met
+        True if the file's motion satisfies the equations.
+    closest : tuple of Hypothesis
+        Causes that explain a part of the residual of the equations, though not enough.
+    """
+
+    tried: int
+    maneuver: int
+    key: str
+    max_rel_error: float
+    are_equations_met: bool
+    closest: tuple[Hypothesis, ...] = ()
+
+    code = "no_mistake_found"
+
+    def message(self) -> str:
+        said = (
+            f"No usual mistake explains the difference: {self.tried} programs were tried. The "
+            f"largest error is {self.max_rel_error:.2g} of the scale, {self.key} of maneuver "
+            f"{self.maneuver}"
+        )
+        if self.are_equations_met:
+            said += ". The equations of motion are met"
+        if self.closest:
+            first = self.closest[0]
+            said += (
+                f". The closest is: {mistakes_words(first.mistakes)}. It explains a factor of "
+                f"{first.relief:.2g} of what disagrees with the equations, and not all"
+            )
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "tried": self.tried,
+            "max_rel_error": self.max_rel_error,
+            "closest": [list(h.codes) for h in self.closest],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class UnitsBeside(Evidence):
+    """Units of columns by the motion that explains the file, where the score used others."""
+
+    units: Mapping[str, str]
+
+    code = "units_beside"
+
+    def message(self) -> str:
+        units = " and ".join(in_units(self.units))
+        return (
+            f"By that motion the file has {units}: the score, which knows the right motion only, "
+            "took other units, and its errors are too large. A unit in a heading, or in --columns "
+            "(roll_angle_deg), decides it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"units": dict(self.units)}
+
+
+@dataclass(frozen=True, slots=True)
+class NothingWrong(Evidence):
+    """Columns that are right.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        The right columns; empty if every column is.
+    signs : SignContradiction or None
+        Contradictory signs of columns that are right one by one.
+    """
+
+    keys: tuple[str, ...] = ()
+    signs: SignContradiction | None = None
+
+    def _finding(self) -> Finding:
+        which = f"{named(self.keys)}: each" if self.keys else "every column"
+        if self.signs is None:
+            said = f"{which} is as right as the digits written can tell"
+            return info("nothing_to_explain", said)
+        signs = self.signs.finding()
+        return replace(signs, message=f"{which} is right by itself, but {signs.message}")
+
+
+@dataclass(frozen=True, slots=True)
+class MostlyZeros(Evidence):
+    """Most columns contain only zeros."""
+
+    code = "cannot_tell"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return "Most columns hold nothing but zeros"
+
+
+@dataclass(frozen=True, slots=True)
+class NothingToDiagnose(Evidence):
+    """None of the benchmark's columns has a value."""
+
+    code = "nothing_to_diagnose"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            "the diagnosis looks at the benchmark's columns, and none of them has a value: "
+            f"{', '.join(BENCHMARK_COLUMNS)}"
+        )
+
+
+def _rest_words(h: Hypothesis, rest: Place) -> str:
+    """Say where a hypothesis leaves an error, and its size."""
+    number, key = rest
+    return (
+        f"Something else is there: {key} of maneuver {number} is still off, typically by "
+        f"{scale_words(h.after[rest])}"
+    )
+
+
+def _errors(h: Hypothesis) -> dict[str, Any]:
+    """Return the typical errors without and with a hypothesis, and the factors between them."""
+    before, after = (
+        {f"{maneuver}.{key}": x for (maneuver, key), x in typical.items()}
+        for typical in (h.before, h.after)
+    )
+    return {"gain": h.gain, "relief": h.relief, "before": before, "after": after}
+
+
+def _value(x: FittedValue) -> dict[str, Any]:
+    """Return a fitted value as numbers."""
+    return {
+        "unknown": x.name,
+        "maneuver": x.maneuver,
+        "value": x.value,
+        "uncertain": x.uncertain,
+        "instead_of": x.right,
+        "unit": UNIT_OF_VALUE[x.name],
+    }
+
+
+def _residual(left: LeftOfEquations) -> dict[str, Any]:
+    """Return the numbers of a residual of the equations."""
+    return {"shares": dict(left.shares), "acts_in": left.acts_in, "above": left.above}

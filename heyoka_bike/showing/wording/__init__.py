@@ -1,0 +1,1 @@
+"""Text that the output formats share, by subject."""

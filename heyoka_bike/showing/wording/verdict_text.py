@@ -1,0 +1,259 @@
+"""The verdict on a file or a series in one line, and the phrases that it consists of."""
+
+from collections.abc import Sequence
+
+from heyoka_bike.errors import printable, shortened
+from heyoka_bike.scoring.evidence.as_read import NotCompared
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed
+from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
+from heyoka_bike.scoring.evidence.several_runs import ManeuversDiffer
+from heyoka_bike.scoring.evidence.words import counted
+from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.grades import MOST_DIGITS, Grade
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.scores import ManeuverScore
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, DoesNotCount, claim
+from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.grade_text import WORDS, file_grade
+from heyoka_bike.showing.wording.number_text import in_unit, limit_words, percent, plain, readable
+from heyoka_bike.showing.wording.run_text import chosen, order_words, reports, run_name
+
+_MOST_LEFT_OUT = 4
+
+PHRASES = {
+    "nothing": "nothing could be compared",
+    "in_part": ", as far as it goes",
+    "of_all": "of",
+    "columns": "columns",
+    "worst": "worst column",
+    "no_digit": "worst column without a correct digit",
+    "correct_digits": "correct digits",
+    "maneuver": "maneuver",
+    "bad_time": "cannot be judged: a time is not finite",
+    "signs_of": ", for the signs of ",
+    "contradict": " contradict each other; apart from that",
+    "own_definition": ": a definition of its own? If not, ",
+    "own_definitions": ": definitions of their own? If not, ",
+}
+"""Phrases of the verdict; `workbench.checker.header` copies them and `WORDS` for the C checker."""
+
+DOES_NOT_COUNT = {
+    DoesNotCount.NO_ENERGY: "there is no mechanical energy to judge",
+    DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
+    DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
+    DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
+    DoesNotCount.FEW_DIGITS: "it cannot be told at the digits written",
+}
+"""Reasons why the result of eq. (1) does not count."""
+
+
+def by_severity(findings: Sequence[Finding]) -> list[Finding]:
+    """Sort findings: the conventions first, then warnings, then the others in their order."""
+    return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
+
+
+def warnings_words(report: Report) -> str:
+    """Return the number of warnings in words; empty without any."""
+    count = sum(f.severity == Severity.WARNING for f in report.said)
+    return counted(count, "warning") if count else ""
+
+
+def worst_words(report: Report) -> str:
+    """Return the correct digits of the worst column."""
+    found = report.worst
+    if found is None:
+        return PHRASES["nothing"]
+    c = report[found.maneuver][found.column]
+    where = f"{PHRASES['maneuver']} {found.maneuver} {printable(c.key)}"
+    if found.scd >= MOST_DIGITS:
+        return "no error in any column"
+    if found.scd < 0:
+        wrong = f"{readable(c.max_rel_error)} times its scale"
+        return f"{PHRASES['no_digit']} ({where}, wrong by {wrong})"
+    limit = ", all its digits allow" if c.is_at_floor() else ""
+    said = f"{PHRASES['worst']} {found.scd:.1f} {PHRASES['correct_digits']}"
+    return f"{said} ({where}{limit})"
+
+
+def caveats(report: Report) -> list[str]:
+    """Return restrictions of the verdict: part covered, columns left out, contradictory signs."""
+    signs, covered, left_out = "", "", [x.name for x in report.not_compared]
+    least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
+    if least is not None and least.coverage < 1:
+        parts = {percent(m.coverage) for m in report.maneuvers}
+        is_of_all = len(parts) == 1 and len(report.maneuvers) > 1
+        which = "each maneuver" if is_of_all else f"maneuver {least.maneuver}"
+        covered = f"covers {percent(least.coverage)} of {which}"
+    for x in report.seen:
+        if isinstance(x, SensesOpposed):
+            signs = "roll and steer have opposite senses, see the warning"
+        elif isinstance(x, NotCompared):
+            left_out += [column.name for column in x.columns]
+    # Skip columns without a name, such as an index: no reader misses them.
+    names = [shortened(name) for name in dict.fromkeys(left_out) if name.strip(" \"'")]
+    lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
+    return [said for said in (covered, lost, signs) if said]
+
+
+def performance_words(m: ManeuverScore) -> str:
+    """Return eq. (1) of a maneuver, and whether it meets the limit of the benchmark."""
+    if m.performance is None:
+        return "no energy to judge"
+    outcome = _outcome(m)
+    return f"{readable(m.performance)} %{f' ({outcome})' if outcome else ''}"
+
+
+def _outcome(m: ManeuverScore) -> str:
+    """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
+    if m.performance_limit is None:
+        return ""
+    # Whatever its value, eq. (1) may not count.
+    if reason := claim(m, m.performance_limit).reason:
+        return f"does not count: {DOES_NOT_COUNT[reason]}"
+    so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
+    limit = limit_words(m.performance_limit)
+    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
+
+
+def requirement_words(scored: Report | Series) -> str:
+    """Return the number of requirements that are met; empty without any."""
+    every = [r for report in reports(scored) for r in report.requirements]
+    if not every:
+        return ""
+    failed = sum(not r.met for r in every)
+    if len(every) == 1:
+        return "the requirement FAILED" if failed else "the requirement is met"
+    if not failed:
+        return f"all {len(every)} requirements met"
+    return f"{failed} of {len(every)} requirements FAILED"
+
+
+def graded(report: Report) -> str:
+    """Return the verdict by true error: the judgement, and the worst column.
+
+    Remarks that may apply to a file with the right motion come first: contradictory signs, and
+    columns of unknown definition.
+    """
+    word, worst = judgement(report), worst_words(report)
+    every = [c for _, c in report.places]
+    odd = dict.fromkeys(c.key for c in every if c.is_contradicted)
+    own = own_definitions(report)
+    if odd:
+        word += f"{PHRASES['signs_of']}{named(list(odd))}{PHRASES['contradict']}"
+    if own:
+        what = PHRASES["own_definition" if len(own) == 1 else "own_definitions"]
+        word = f"{named(own)}{what}{word}"
+    return f"{word}, {worst}" if word else worst
+
+
+def own_definitions(report: Report) -> list[str]:
+    """Return the columns of unknown definition, if the file has a better grade without them."""
+    every = [c for _, c in report.places]
+    own = list(dict.fromkeys(c.key for c in every if not c.is_known))
+    others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
+    found = file_grade(report)
+    return own if found in (Grade.CLOSE, Grade.WRONG) and others < found else []
+
+
+def verdict(scored: Report | Series) -> str:
+    """Return the verdict on a file or a series in one line; see also `series_verdict`."""
+    if isinstance(scored, Series):
+        return series_verdict(scored)
+    parts = [graded(scored), *caveats(scored), requirement_words(scored)]
+    return f"{printable(scored.file.path)}: {'; '.join(p for p in parts if p)}"
+
+
+def contents(report: Report) -> str:
+    """Return the rows, times, digits and format of a file."""
+    f = report.file
+    digits = f.significant_digits
+    written = "unknown digits" if digits is None else f"{digits} digits written"
+    times = f"{plain(f.t_start)} to {plain(f.t_end)} s"
+    return f"{counted(f.rows, 'row')}, {times}, {written}, {printable(f.format)} file"
+
+
+def worst_error_words(report: Report) -> str:
+    """Return the largest error of the worst column, its time, and its fraction of the scale."""
+    found = report.worst
+    if found is None:
+        return ""
+    c = report[found.maneuver][found.column]
+    if not c.max_abs_error:
+        return ""
+    error = in_unit(readable(c.max_abs_error), c.unit)
+    part = c.max_rel_error
+    of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
+    where = f"{label(c.key)}, maneuver {found.maneuver}"
+    return f"{where}: off by {error} at {plain(c.time_of_max)} s{of_scale}"
+
+
+def performance_remark(report: Report) -> str:
+    """Return eq. (1) of the maneuvers with a limit, and a remark on what it measures.
+
+    The result is empty if no such maneuver has an energy. The remark is omitted if the file is
+    right, or if a warning contains it.
+    """
+    said = [
+        f"{readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
+        for m in report.maneuvers
+        if m.performance_limit is not None and m.performance is not None
+    ]
+    if not said:
+        return ""
+    found = f"eq. (1), the benchmark's own measure, is {', and '.join(said)}"
+    if report.is_right or _has(report.seen, EnergyHidesError):
+        return found
+    return (
+        f"{found}. It sees only whether the file's own energy stays constant; angles, rates and "
+        "speed may be wrong all the same"
+    )
+
+
+def _has(seen: Sequence[Evidence], kind: type[Evidence]) -> bool:
+    return any(isinstance(x, kind) for x in seen)
+
+
+def series_verdict(series: Series) -> str:
+    """Return one line on the convergence of a series, or on the best of several programs."""
+    name, run = chosen(series)
+    if not series.is_one_program:
+        best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
+        if _has(series.seen, ManeuversDiffer):
+            best += ", which cover different maneuvers"
+        parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
+        return "; ".join(p for p in parts if p)
+    steps = [r.step for r in series.runs if r.step is not None]
+    parts = [f"{len(series.runs)} runs of one program"]
+    if steps:
+        parts[0] += f", steps {plain(max(steps))} to {plain(min(steps))} s"
+    elif tolerances := [r.tolerance for r in series.runs if r.tolerance is not None]:
+        parts[0] += f", tolerances {plain(max(tolerances))} to {plain(min(tolerances))}"
+    parts += [f"the {name} one: {graded(run.report)}", order_words(series)]
+    return "; ".join(p for p in [*parts, requirement_words(series)] if p)
+
+
+def judgement(report: Report) -> str:
+    """Return the grade of a file in a word or a few; empty if nothing was compared."""
+    found = file_grade(report)
+    word = WORDS.get(found, "")
+    if not word or found == Grade.WRONG or report.is_whole:
+        return word
+    if not any(m.part.time.any() for m in report.maneuvers):
+        return f"only the start is there, which the benchmark gives: {word}"
+    fewest = columns_words(report)
+    return f"{word}{PHRASES['in_part']}{f': {fewest}' if fewest else ''}"
+
+
+def columns_words(report: Report) -> str:
+    """Return how many of the eight columns were compared; empty if all were.
+
+    The maneuver with the fewest columns counts.
+    """
+    least = min(report.maneuvers, key=lambda m: m.column_count, default=None)
+    if least is None or least.column_count >= ALL_COLUMNS:
+        return ""
+    is_everywhere = all(m.column_count == least.column_count for m in report.maneuvers)
+    where = "" if is_everywhere else f" in {PHRASES['maneuver']} {least.maneuver}"
+    return f"{least.column_count} {PHRASES['of_all']} {ALL_COLUMNS} {PHRASES['columns']}{where}"
