@@ -323,7 +323,7 @@ def test_options_that_make_no_sense(small, capsys):
     code, lines = run(small, capsys, "--quick")
     assert code == 1
     assert len(lines) == 1
-    assert "expected" in lines[0]
+    assert "--quick needs --rerun" in lines[0]
     with pytest.raises(SystemExit, match="1"):
         run(small, capsys, "--format", "xml")
     assert "found 'xml', expected table or json" in capsys.readouterr().err
