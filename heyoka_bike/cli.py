@@ -18,28 +18,28 @@ from heyoka_bike.commands.registry import COMMANDS, GROUPS, command
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.version import __version__
 
-# These spread their work over threads themselves; those of the linear algebra would only spin.
+# These commands run threads of their own; further threads of the linear algebra would only compete.
 _THREADED = ("score", "diagnose")
 
 EXIT_CODES = {
-    Exit.OK: "fine",
-    Exit.INPUT: "usage, unreadable input or unwritable output",
+    Exit.OK: "success",
+    Exit.INPUT: "usage error, unreadable input or unwritable output",
     Exit.NOTHING_SCORED: "nothing could be scored",
     Exit.CHECK_FAILED: "a check failed",
-    Exit.STOPPED_EARLY: "stopped early, the partial result kept and marked",
+    Exit.STOPPED_EARLY: "stopped early; the result is partial and marked as such",
     Exit.INTERNAL: "internal error",
     Exit.INTERRUPTED: "interrupted",
 }
 ENVIRONMENT = {
-    "CC": "the C compiler of 'bench'",
-    "FORCE_COLOR": "if it is set, colours even where there is no terminal",
-    "HEYOKA_BIKE_LOG": "info or debug: as -v or -vv of every command",
-    "HEYOKA_BIKE_TRACEBACK": "if it is set, an internal error is shown with its traceback",
-    "NO_COLOR": "if it is set, no colours",
-    "OPENBLAS_NUM_THREADS": "threads of the linear algebra; 1 in 'score' and 'diagnose' if not set",
-    "SOURCE_DATE_EPOCH": "time of reports [s since 1970], so that they can be made again",
+    "CC": "C compiler that 'bench' uses",
+    "FORCE_COLOR": "if set, use colours even if the output is not a terminal",
+    "HEYOKA_BIKE_LOG": "info or debug: the same as -v or -vv, for every command",
+    "HEYOKA_BIKE_TRACEBACK": "if set, print the traceback of an internal error",
+    "NO_COLOR": "if set, use no colours",
+    "OPENBLAS_NUM_THREADS": "threads of the linear algebra (default in 'score', 'diagnose': 1)",
+    "SOURCE_DATE_EPOCH": "time stamp of reports [s since 1970], to reproduce them exactly",
 }
-"""Variables of the environment that the program reads."""
+"""Environment variables that the program reads."""
 
 DESCRIPTION = """\
 Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".
@@ -47,20 +47,20 @@ Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".
 three jobs:
   compare a result file with the exact motion
       heyoka-bike score my-results.txt
-  keep its digits: exit code 3 if a requirement is not met
+  require correct digits: exit code 3 if there are fewer
       heyoka-bike score my-results.txt --require 'scd >= 6'
-  make the reference anew, with its proof
+  compute the reference again, with its proof
       heyoka-bike generate"""
 
 WELCOME = """\
 How many digits of your bicycle are right? To begin:
 
   heyoka-bike score my-results.txt       compare a result file with the exact motion
-  heyoka-bike diagnose my-results.txt    say why it differs
-  heyoka-bike animate my-results.txt     see your bicycle beside the exact one
+  heyoka-bike diagnose my-results.txt    find out why it differs
+  heyoka-bike animate my-results.txt     see your bicycle next to the exact one
 
-What a result file is: heyoka-bike score --help. All commands: heyoka-bike --help."""
-"""Of a call without words."""
+Form of a result file: heyoka-bike score --help. All commands: heyoka-bike --help."""
+"""Printed if the program is called without arguments."""
 
 
 def _epilog() -> str:
@@ -70,7 +70,7 @@ def _epilog() -> str:
 
 
 class _Grouped(argparse.RawDescriptionHelpFormatter):
-    """Lists the commands in their groups, each with its example."""
+    """Help formatter that lists the commands in groups, each group with an example."""
 
     def _format_action(self, action: argparse.Action) -> str:
         if not isinstance(action, argparse._SubParsersAction):
@@ -90,7 +90,7 @@ class _Grouped(argparse.RawDescriptionHelpFormatter):
 
 
 class _CommandParser(argparse.ArgumentParser):
-    """argparse, with one line and exit code 1 for a usage error, and what may have been meant."""
+    """Argument parser that reports a usage error in one line, with a suggestion, as exit code 1."""
 
     given: Sequence[str] = ()
 
@@ -105,7 +105,7 @@ class _CommandParser(argparse.ArgumentParser):
         self.given = sys.argv[1:] if args is None else args
         found, rest = super().parse_known_args(args, namespace)
         if rest:
-            # Said by the command that does not know it, not by the program.
+            # Report the error here, so that the message names the command, not only the program.
             option = next((word.partition("=")[0] for word in rest if word.startswith("--")), "")
             hint = did_you_mean(option, self._option_string_actions) if option else ""
             self.error(f"unrecognized arguments: {' '.join(map(printable, rest))}{hint}")
@@ -118,7 +118,7 @@ class _CommandParser(argparse.ArgumentParser):
 
 
 def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
-    """The parser of the command line, of all commands or of some."""
+    """Return the parser of the command line for all commands, or for the given ones."""
     top = _CommandParser(
         prog="heyoka-bike",
         description=DESCRIPTION,
@@ -132,7 +132,8 @@ def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
         action=options.PrintCompletion,
         metavar="SHELL",
         choices=options.SHELLS,
-        help=f"print what completes words in a shell: {', '.join(options.SHELLS)}; needs shtab",
+        help="print a script that lets a shell complete commands and options; one of "
+        f"{', '.join(options.SHELLS)}; needs shtab",
     )
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
@@ -143,13 +144,13 @@ def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line and return the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if argv is None:
         _prepare(words)
     if not words:
         return _greet()
-    # If a command is named, the others need not be imported.
+    # If the first word is a command, import only its module.
     asked = [word for word in words[:1] if word in COMMANDS]
     top = parser(asked or COMMANDS)
     try:
@@ -164,7 +165,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _carry_out(arguments)
     except SystemExit:
-        # Only rich raises it here: when the reader of our output went away.
+        # Only rich raises it here: when the reader of our output has closed the pipe.
         return Exit.OK
     except BrokenPipeError:
         return _unread()
@@ -185,14 +186,14 @@ def _greet() -> Exit:
 
 
 def _prepare(words: Sequence[str]) -> None:
-    """Settings of a process that runs the program and nothing else."""
+    """Configure the process, which runs only this program."""
     if isinstance(sys.stdout, TextIOWrapper):
-        # A file's name may have letters that a code page does not.
+        # The name of a file may contain letters that the terminal's encoding lacks.
         sys.stdout.reconfigure(errors="backslashreplace")
-    # Nothing of what is imported is garbage: looking for it takes a thirtieth of a score.
+    # Imported modules are no garbage; collecting in vain took 1/30 of the time of `score`.
     gc.set_threshold(50_000)
     if words[:1] and words[0] in _THREADED:
-        # Read when NumPy is imported.
+        # NumPy reads this variable when it is imported.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -206,14 +207,14 @@ def _carry_out(arguments: argparse.Namespace) -> int:
 
 
 def _stopped_by(e: BaseException) -> tuple[Exit, str]:
-    """Exit code, and the line that says what stopped a command."""
+    """Return the exit code and the error message for an exception that ended a command."""
     match e:
         case BicycleError():
             return e.exit_code, str(e)
         case KeyboardInterrupt():
             return Exit.INTERRUPTED, "interrupted"
         case ModuleNotFoundError():
-            message = f"the package '{e.name}' is not installed, expected it with heyoka_bike"
+            message = f"the package '{e.name}' is not installed, although heyoka_bike needs it"
             return Exit.INPUT, message
         case OSError():
             place = e.filename or "standard output"
@@ -226,6 +227,6 @@ def _stopped_by(e: BaseException) -> tuple[Exit, str]:
 
 
 def _unread() -> Exit:
-    """The reader of our output went away (head, less): not an error."""
+    """Discard further output: its reader (head, less) has ended, which is no error."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return Exit.OK

@@ -1,8 +1,8 @@
-"""Replay the maneuvers in 3D, a result file beside the reference.
+"""Replay the maneuvers in 3D, with a result file next to the reference.
 
-Write a replay of the maneuvers: the bicycle in perspective with its tracks, and roll, steer, speed
-and energies over time. A result file (see 'heyoka-bike score') is laid over as a second,
-translucent bicycle. The page is one file that needs no network.
+Write a web page that replays the maneuvers: the bicycle in perspective with its tracks, and roll,
+steer, speed and energies over time. The motion in a result file (see 'heyoka-bike score') appears
+as a second, translucent bicycle. The page is a single file and needs no network.
 
 examples:
   heyoka-bike animate
@@ -26,11 +26,13 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
         "[FILE]": "result file; - is standard input",
-        "-o --output FILE": f"file to write, .html (default ./{_DEFAULT})",
+        "-o --output FILE": f"HTML file to write (default ./{_DEFAULT})",
     }
     p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("html",), "")
-    which = "show this one, which a file of one maneuver then holds (default: all)"
+    which = (
+        "show only this maneuver; also the maneuver in a file that contains only one (default: all)"
+    )
     options.add_arguments(p, {"--maneuver N": which, **options.REFERENCE})
 
 

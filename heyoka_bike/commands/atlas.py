@@ -1,13 +1,14 @@
-"""Long-term behaviour of the bicycle, for a grid of initial speed and roll rate.
+"""Compute the long-term behaviour of the bicycle for a grid of initial speed and roll rate.
 
-Follow the bicycle from every point of a grid of initial conditions. It converges to steady straight
-running, approaches a limit cycle, lifts a wheel on its way, or falls. Each point also has the time
-of this, the final speed, the largest lean and steer, and the factor by which the motion magnifies a
-small initial error. The basin boundary is bisected to neighbouring binary64 numbers. The result is
-a Zarr store, which xarray opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.
+Simulate the bicycle from every point of a grid of initial conditions. It converges to steady
+straight running, approaches a limit cycle, lifts a wheel on its way, or falls. The atlas records
+for each point which of these happens and when, the final speed, the largest lean and steer, and the
+factor by which the motion magnifies a small initial error. The boundary between the behaviours is
+bisected down to neighbouring binary64 numbers. The result is a Zarr store, which xarray opens.
+Needs heyoka and zarr, on Linux: pip install "heyoka_bike[atlas]".
 
-The bicycle starts upright and straight unless an option says otherwise. A store that was
-interrupted goes on where it was when the same command is given again.
+The bicycle starts upright and straight unless an option sets other values. To continue after an
+interruption, give the same command again.
 
 names: speed [m/s], roll_rate [rad/s], roll, steer [rad], steer_rate [rad/s], or a
 parameter of the bicycle by its symbol, such as c (trail), w, lam, mB, xB
@@ -18,8 +19,8 @@ examples:
   heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr
   heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr
 
-exit code 130 if interrupted, all that was finished is kept; 3 if --prove left
-something open. docs/atlas.md says how each point is decided.
+exit codes: 3 --prove left a point undecided; 130 interrupted, finished points are
+kept. docs/atlas.md explains how each point is classified.
 """
 
 from __future__ import annotations
@@ -47,18 +48,20 @@ def add_parser(subparsers: Any) -> None:
     said = "N points from FROM to TO (default {})"
     where = {
         "--speed FROM:TO:N": f"initial speed [m/s], {said.format(_DEFAULTS['speed'])}",
-        "--roll-rate FROM:TO:N": f"initial roll rate, {said.format(_DEFAULTS['roll_rate'])}",
-        "--axis NAME=FROM:TO:N...": "another axis; of one the other is the speed, of two these are "
-        "the axes",
-        "--start NAME=VALUE...": "what the start is where no axis says it (default 0); may be "
-        "repeated",
+        "--roll-rate FROM:TO:N": "initial roll rate [rad/s], "
+        f"{said.format(_DEFAULTS['roll_rate'])}",
+        "--axis NAME=FROM:TO:N...": "another axis of the grid, see names below; give it once (the "
+        "other axis is the speed) or twice",
+        "--start NAME=VALUE...": "initial value of a variable that is not an axis (default 0); may "
+        "be repeated",
         **options.BICYCLE,
-        "--longest SECONDS 200": "how long a motion is followed that does not come to anything "
-        "sooner (default 200)",
-        "-o --output FOLDER": "the Zarr store",
-        "--force": "replace another atlas that is there",
-        "--prove X,Y...": "prove of this point of the two axes when a wheel leaves the floor, or "
-        "that none does in 10 s (half a minute to minutes each); may be repeated",
+        "--longest SECONDS 200": "stop simulating after this time [s] if the behaviour is still "
+        "undecided (default 200)",
+        "-o --output FOLDER": "folder of the Zarr store to write",
+        "--force": "replace a different atlas in that folder",
+        "--prove X,Y...": "prove for the point with these values on the two axes when a wheel "
+        "leaves the floor, or that none does within 10 s (half a minute to minutes each); may be "
+        "repeated",
     }
     options.add_arguments(p, where, output={"required": True})
     options.add_workers(p)
@@ -93,7 +96,7 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
 
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
-    """Print what is proved about the wheels at each point; exit code 3 if one is undecided."""
+    """Print what is proved about the wheels at each point; return code 3 if one is undecided."""
     from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
     from heyoka_bike.workbench.atlas.make import lift_of
 
@@ -124,7 +127,7 @@ def _axes(args: argparse.Namespace) -> list[GridAxis]:
     for name, text in _DEFAULTS.items():
         if len(given) < 2 and name not in given:
             given[name] = text
-    # The speed comes first, so that the basin boundary is searched for along the other axis.
+    # Put the speed first, so that the basin boundary is searched for along the other axis.
     names = sorted(given, key=lambda name: name != "speed")
     return [axis(given[name], name) for name in names]
 
@@ -149,8 +152,8 @@ def _pair(word: str, option: str, what: str) -> tuple[str, str]:
         raise InputError(f"{option}: found {quoted(word)}, expected NAME={what}")
     if name not in START and name not in PARAMETERS:
         raise InputError(
-            f"{option}: found {quoted(name)}, expected one of {', '.join(START)}, or a parameter's "
-            f"symbol{did_you_mean(name, [*START, *PARAMETERS])}"
+            f"{option}: found {quoted(name)}, expected one of {', '.join(START)}, or the symbol of "
+            f"a parameter{did_you_mean(name, [*START, *PARAMETERS])}"
         )
     return name, text
 

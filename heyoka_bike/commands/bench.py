@@ -1,11 +1,11 @@
-"""Time maneuver 2 at equal accuracy, next to other integrators.
+"""Time maneuver 2 at equal accuracy, compared with other integrators.
 
-Time maneuver 2 with all rows of all eight columns: this package's fast path, heyoka in binary64 and
-binary128, DOPRI5, DOP853 and RK4 in C (built here if there is a compiler), SciPy, SUNDIALS and
-Exudyn, each at the loosest tolerance that keeps the benchmark's eq. (1) under 1e-3 percent, at the
-loosest with a state error under 1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with
-pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of time over error
-is written, and the table is printed.
+Measure the time of maneuver 2 with all rows of all eight columns: this package's fast simulation,
+heyoka in binary64 and binary128, DOPRI5, DOP853 and RK4 in C (if there is a compiler), SciPy,
+SUNDIALS and Exudyn. Each runs at three accuracies: the loosest tolerance that keeps eq. (1) of the
+benchmark under 1e-3 percent, the loosest with a state error under 1e-12, and roundoff. SciPy,
+scikit-sundae and Exudyn come with pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or
+.pdf a figure of time over error is written, and the table is printed.
 
 example: heyoka-bike bench --format json -o bench.json
 """
@@ -28,18 +28,20 @@ _DEFAULT_RUNS, _QUICK_RUNS = 30, 5
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
-    said = f"timed runs of each code, fewer of a slow one (default {_DEFAULT_RUNS})"
+    said = f"timed runs of each code; slow codes get fewer (default {_DEFAULT_RUNS})"
     options.add_arguments(p, {"--runs N": said}, runs={"type": int})
-    p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
+    p.add_argument(
+        "--format", choices=("table", "json"), default="table", help="output format (default table)"
+    )
     what = {
-        "-o --output FILE": "write to a file; a figure if it ends so",
-        "--all": "all three maneuvers as well; ensembles, the first result of a new process, and "
-        "at 34 and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath "
-        "(about ten minutes)",
-        "--costs": "how the time grows with the digits, up to 1000, and with the duration, up to "
-        "10,000 s (about ten minutes)",
-        "--quick": f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
-        "--reference DIR": "folder of a reference set of the benchmark (default: the published "
+        "-o --output FILE": "file to write; a name ending in .png, .svg or .pdf gives a figure",
+        "--all": "also time all three maneuvers, ensembles, the first result of a new process, "
+        "and, at 34 and 70 digits, mpmath, a Taylor method in ball arithmetic and C with "
+        "libquadmath (about ten minutes)",
+        "--costs": "also measure how the time grows with the digits, up to 1000, and with the "
+        "duration, up to 10,000 s (about ten minutes)",
+        "--quick": f"skip codes that are slow to build; {_QUICK_RUNS} runs by default",
+        "--reference DIR": "folder of a reference dataset of the benchmark (default: the published "
         "one)",
     }
     options.add_arguments(p, what)

@@ -1,12 +1,14 @@
 """Prove the published digits in ball arithmetic.
 
-Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may be from the
-candidate; from that, that every published value is the correctly rounded exact one and that the
-dense output keeps its bounds, those of the whole motion and its forces too, and that the
-derivatives by parameters and start keep theirs; and compare with the files and certificate.json.
-Says which files are proved; what a set does not have is refused. Needs python-flint, not heyoka.
-Six minutes of processor time for the published set. If anything is not proved, one line says so,
-and nothing else is printed.
+Prove the numbers of a dataset in ball arithmetic, starting from candidate.h5 alone. The proof
+bounds the distance between the exact motion and the candidate polynomials. It follows that every
+published value is the exact value, correctly rounded, and that the dense output, the whole motion
+with its forces, and the derivatives with respect to the parameters and the initial conditions stay
+within their stated bounds. The result is compared with the files and with certificate.json.
+
+The output names the proved files. A dataset that lacks a file is rejected. If a proof fails, one
+line says which, and nothing else is printed. Needs python-flint, not heyoka. The published dataset
+takes six minutes of processor time.
 
 example: heyoka-bike certify my-reference
 """
@@ -29,9 +31,9 @@ _SHARES_OF_CERTIFY = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.1
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     after = {
-        "--after-ten-seconds": "prove what is said of the motions after their ten seconds instead: "
-        "the folder is one with after-ten-seconds.json (default: the published one); two minutes "
-        "of processor time"
+        "--after-ten-seconds": "prove the facts about the motions after their first ten seconds "
+        "instead; DIR then contains after-ten-seconds.json (default: the published one); takes two "
+        "minutes of processor time"
     }
     p = options.add_command(subparsers, run, __doc__, options.FOLDER | after)
     options.add_format(p, ("table", "json"))
@@ -57,7 +59,7 @@ def _after(args: argparse.Namespace) -> int:
     for fact in facts:
         print(f"{fact.about}: {fact.statement}")
     numbers = sum(len(fact.numbers) for fact in facts)
-    print(f"{folder}: proved: {AFTER}, {numbers} numbers and these sentences")
+    print(f"{folder}: proved: {AFTER}, {numbers} numbers and the sentences above")
     return Exit.OK
 
 

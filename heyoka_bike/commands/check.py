@@ -1,14 +1,16 @@
 """Check a model at single instants, before it moves.
 
-Compare what a program computes in single states with what it is, level by level: geometry, posture,
-positions, velocities, energy, accelerations, forces, the linear bicycle. The first level that is
-wrong is named, by how much, and what enters there. A table has named columns with their units, such
-as 'pitch [rad]': the number of a state that is known (column state; --states writes them all), or
-states of your own by roll_angle, steer_angle, roll_rate, steer_rate and forward_speed; beside them
-any of the quantities. It is read from every format that 'score' reads.
+Compare the values that a program computes in single states with the exact values, level by level:
+geometry, posture, positions, velocities, energy, accelerations, forces, the linear bicycle. The
+report names the first wrong level, the size of its error, and the parameters that enter there.
 
-exit codes: 0 all that is there is right, 1 a table that cannot be used, 2 nothing to compare, 3 a
-level is wrong.
+The file is a table in any format that 'score' reads. Its columns have names with units, such as
+'pitch [rad]'. The states are given either by number (column state; --states writes all of them with
+their numbers) or by the columns roll_angle, steer_angle, roll_rate, steer_rate and forward_speed.
+The other columns are the quantities to check.
+
+exit codes: 0 every value in the table is right; 1 the table cannot be used;
+2 nothing to compare; 3 a level is wrong.
 
 examples:
   heyoka-bike check --states states.csv
@@ -29,12 +31,13 @@ from heyoka_bike.system.log import complain
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
-        "[FILE]": "the table; - is standard input",
-        "--states CSV": "write the states that are known with every quantity, correctly rounded, "
-        "and check nothing",
+        "[FILE]": "table to check; - is standard input",
+        "--states CSV": "write all numbered states with every quantity, correctly rounded, and "
+        "check nothing",
         **options.BICYCLE,
-        "--si": "columns without a unit are in SI units",
-        "--tolerance X 1e-9": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
+        "--si": "read columns without a unit in SI units",
+        "--tolerance X 1e-9": "largest allowed difference over 1 + abs(value), in SI units "
+        "(default 1e-9)",
     }
     p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("text", "json"))
@@ -43,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if (args.file is None) == (args.states is None):
-        raise InputError("expected a FILE to check, or --states CSV to write, and not both")
+        raise InputError("expected either a FILE to check or --states CSV to write, but not both")
     (tolerance,) = positive_numbers("--tolerance", args.tolerance)[:1]
     from heyoka_bike.bicycle.parameters import read_bicycle
     from heyoka_bike.system.resources import find_input

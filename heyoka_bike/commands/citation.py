@@ -1,6 +1,6 @@
-"""Citations of the program, its data and what they rest on, as in CITATION.cff.
+"""Citations of the program, its data and the works that they build on, as in CITATION.cff.
 
-``citation.bib`` has the works as entries of BibTeX, each below what it is to the reader.
+``citation.bib`` contains a BibTeX entry for each work, below a line with the work's role.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from heyoka_bike.version import __version__
 
 _ENTRY_OF_README = re.compile(r"^(.+):\n((?:[@ ].*\n)+\})$", re.MULTILINE)
 _FIELD = re.compile(r"^  (\w+) = \{+(.+?)\}+,$", re.MULTILINE)
-# How a field is written in a text, if not as in BibTeX.
+# Text forms of the fields that are not written as in BibTeX.
 _IN_TEXT = {"version": "Version {}", "doi": "https://doi.org/{}"}
 
 
@@ -28,11 +28,11 @@ class Work:
     Attributes
     ----------
     what : str
-        What it is to the reader.
+        Role of the work, such as program or data.
     bibtex : str
-        Its entry.
+        BibTeX entry.
     fields : mapping of str to str
-        Those of the entry; author and title are the first ones.
+        Fields of the entry; author and title come first.
     """
 
     what: str
@@ -45,14 +45,14 @@ class Work:
         return tuple(self.fields["author"].split(" and "))
 
     def text(self) -> str:
-        """The work in a line of text, folded."""
+        """Return the citation as text, wrapped at 100 characters."""
         author, *others = (_IN_TEXT.get(k, "{}").format(x) for k, x in self.fields.items())
         said = ". ".join((author.replace(" and ", "; ").rstrip("."), *others))
         return fill(f"{self.what}: {said}", 100, subsequent_indent="    ", break_long_words=False)
 
 
 def works() -> tuple[Work, ...]:
-    """The program and its data in this version, and what they rest on."""
+    """Return the program and its data in this version, and the works that they build on."""
     from heyoka_bike.reference import manifest
     from heyoka_bike.reference.description import CREATOR, TITLE
 
@@ -66,7 +66,7 @@ def works() -> tuple[Work, ...]:
 
 
 class Cite(argparse.Action):
-    """Prints what to cite, for a text and for BibTeX, and ends."""
+    """Action that prints the citations as text and as BibTeX, and exits."""
 
     def __init__(self, option_strings: Any, dest: str, help: str | None = None) -> None:
         super().__init__(option_strings, dest, nargs=0, help=help)

@@ -1,15 +1,19 @@
-"""Say why a result file differs: the mistake whose simulation explains it.
+"""Find out why a result file differs: name the mistake whose simulation explains it.
 
 Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, the steer axis,
-gravity, the start, rates by differences, ...), alone and two together, and name those that explain
-the file; else the one, two or three parameters whose other values do; else what the error looks
-like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
-1 to 5 seconds of processor time, and at most 20 (--budget): a search that is not over then says
-what it found, and that it stopped early; a step that passes this by 5 s is interrupted. Where a
-force is left that nothing explains, two mistakes at once are tried with --thorough only. heyoka is
-not needed. The same is part of 'score --diagnose', with a figure in its HTML. The first lines say
-which conventions the file follows (axes, units, zero of the energy, definitions), which are no
-errors. -v tells of each step what it tried, what that left and how long it took.
+gravity, the initial conditions, rates from differences, ...), alone and in pairs, and name those
+that explain the file. If none does, name one, two or three parameters whose values would. If that
+fails too, describe the error: a step size and its order, damping, noise, interpolation.
+
+The diagnosis takes 1 to 5 s of processor time. At the limit of 20 s (--budget) it reports the
+causes found so far and says that it stopped early; a step that runs 5 s over the limit is
+interrupted. If the file shows a force that no single mistake explains, pairs are tried only with
+--thorough.
+
+Files are read as by 'score'. The first lines of the output list the file's conventions (axes,
+units, zero of the energy, definitions), which are not errors. 'score --diagnose' gives the same
+result, with a figure in the HTML report. heyoka is not needed. -v logs for each step what was
+tried, the error that remained, and the time.
 
 example: heyoka-bike diagnose my-results.txt
 
@@ -35,8 +39,8 @@ def add_parser(subparsers: Any) -> None:
     files = {"FILE...": "result file, or files of one run"}
     p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
-    maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
-    details = {"--details": "print every remark, also where no cause is named"}
+    maneuver = {"--maneuver N": "number of the maneuver in a file that contains only one"}
+    details = {"--details": "print every finding, including those that name no cause"}
     options.add_arguments(
         p, maneuver | options.COLUMNS | options.BUDGET | options.REFERENCE | details
     )
@@ -76,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 def _as_json(found: Report) -> str:
     from heyoka_bike.showing.formats.json import document
 
-    # Those of the diagnosis come first, then those of `score`.
+    # `findings` has those of the diagnosis first, then those of `score`.
     whole = document(found)
     keys = ("schema_version", "dataset_version", "bicycle", "file", "findings", "stopped_early")
     return json.dumps({key: whole[key] for key in keys}, indent=2, allow_nan=False)

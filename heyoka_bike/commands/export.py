@@ -1,23 +1,24 @@
-"""Write the reference, the equations, the model of an engine or a judge for other programs.
+"""Write the reference, the equations, a physics engine's model or a checker for other programs.
 
-Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
-are source code that evaluates the columns at any time, exact and needing nothing else; csv and
-netcdf are the rows; json is both.
+--format writes the reference for programs without HDF5 or Python. c, fortran and matlab (also for
+GNU Octave) are source code without dependencies that evaluates the columns at any time; csv and
+netcdf contain the rows; json contains both.
 
-Or write the equations of motion of a bicycle as source code that needs nothing else, with the
-parameters as constants. Its functions: rates, the time derivative of the state; jacobian, the
-derivatives of that; columns, what the benchmark asks for; start_1 and so on, where the maneuvers
-start. C and Python have the descriptor form too, for solvers of differential-algebraic equations:
-mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
+--equations writes the equations of motion of a bicycle as source code without dependencies, with
+the parameters as constants. Its functions are: rates, the time derivative of the state; jacobian,
+the derivatives of the rates; columns, the output columns of the benchmark; start_1 and so on, the
+initial conditions of the maneuvers. C and Python also have the descriptor form, for solvers of
+differential-algebraic equations: mass, force, constraint_jacobian, heights, and residuals of index
+2 and 3.
 
-Or write a bicycle as a physics engine reads it: urdf, sdf (SDFormat) or mjcf (MuJoCo), with four
-links, three joints and thin wheels, shapes to look at, axes with z up, and where each maneuver
-starts.
+--model writes a bicycle for physics engines as urdf, sdf (SDFormat) or mjcf (MuJoCo): four links,
+three joints, thin wheels, visible shapes, axes with z up, and the initial conditions of each
+maneuver.
 
-Or write the judge: one header for C and C++, with the exact motion in every definition of the
-columns, and functions that take your arrays and say how many digits of them are right. It is for
-tests where there is no Python; it does less than 'heyoka-bike score'. The page is the same for
-people: one file that opens in a browser, takes results and sends nothing anywhere.
+--checker writes one header for C and C++ with the exact motion in every definition of the columns,
+and with functions that count the correct digits in your arrays. It serves tests without Python and
+does less than 'heyoka-bike score'. --page writes the same as a web page: a single file that reads
+results in the browser and sends nothing anywhere.
 
 examples:
   heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
@@ -42,7 +43,7 @@ _FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
 _MODELS = ("urdf", "sdf", "mjcf")
 _STEM_NAME, _BICYCLE = "uncontrolled_bicycle", "bicycle"
-# What goes with each kind of export.
+# Options that each kind of export accepts.
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),
@@ -59,14 +60,14 @@ def add_parser(subparsers: Any) -> None:
     options.add_format(what, _FORMAT_NAMES, "")
     kinds = {
         "--equations LANGUAGE": "write the equations of motion in one of "
-        f"{', '.join(_LANGUAGES)} (matlab for GNU Octave too)",
+        f"{', '.join(_LANGUAGES)} (matlab also for GNU Octave)",
         "--model FORMAT": f"write a model for physics engines in one of {', '.join(_MODELS)}",
-        "--checker [FILE_OR_DIR]": f"write {_STEM_NAME}.h: the exact motion, and how many digits "
-        "of yours are right",
-        "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that judges files in the "
+        "--checker [FILE_OR_DIR]": f"write {_STEM_NAME}.h: the exact motion, and functions that "
+        "count your correct digits",
+        "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that scores files in the "
         "browser, without a server",
     }
-    # Without a value the files are written where -o says; an empty value means this folder.
+    # Without a value the files go to the place of -o; an empty value means the current folder.
     place: dict[str, object] = {"const": True, "type": lambda text: text or "."}
     options.add_arguments(
         what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS},
@@ -74,19 +75,20 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     others = {
         "-o --output FILE_OR_DIR": f"file, or folder for {_STEM_NAME}.* or {_BICYCLE}.* "
-        "(default: this folder)",
-        "--bicycle NAME|FILE": "of --equations and --model: a bicycle of the collection, or a TOML "
+        "(default: the current folder)",
+        "--bicycle NAME|FILE": "with --equations and --model: name of a bundled bicycle, or a TOML "
         "file (default: benchmark)",
-        "--maneuvers NAME|FILE": "of --equations and --model: maneuvers of the collection, or a "
-        "TOML file (default: those of the bicycle's name, benchmark for a file)",
-        "--tyre WIDTH": "of --model: width of the wheels [m]; 0, the default, is as thin as "
-        "engines take",
-        "--nearest-valid-inertia": "of --model: change masses and moments of inertia that no solid "
-        "body has as little as possible, and report the changes",
-        "--maneuver N": "export this one (default: all)",
-        "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
-        "in their default definitions)",
-        "--digits N": "of csv: 17 (default) or 32",
+        "--maneuvers NAME|FILE": "with --equations and --model: name of bundled maneuvers, or a "
+        "TOML file (default: the maneuvers with the bicycle's name; benchmark for a bicycle from a "
+        "file)",
+        "--tyre WIDTH": "with --model: width of the wheels [m]; 0, the default, makes them as thin "
+        "as engines accept",
+        "--nearest-valid-inertia": "with --model: if no solid body has the masses and moments of "
+        "inertia, change them as little as possible, and report the changes",
+        "--maneuver N": "export only this maneuver (default: all)",
+        "--columns NAMES": "column names separated by commas, or all (default: the eight columns "
+        "of the benchmark in their default definitions)",
+        "--digits N": "digits of csv: 17 (default) or 32",
         **options.REFERENCE,
     }
     options.add_arguments(
@@ -102,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     asked = next(kind for kind in _GOES_WITH if getattr(args, kind))
     for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
         if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
-            raise InputError(f"--{name.replace('_', '-')}: does not go with --{asked}")
+            raise InputError(f"--{name.replace('_', '-')} cannot be combined with --{asked}")
     args.output = _output(args, asked)
     write = {
         "format": _reference, "equations": _equations, "model": _model, "checker": _checker,
@@ -116,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _output(args: argparse.Namespace, asked: str) -> str:
-    """Return the file or folder to write: the value of --checker or --page, or that of -o."""
+    """Return the file or folder to write: the value of --checker, --page or -o."""
     place, output = getattr(args, asked), args.output
     if asked not in ("checker", "page") or place is True:
         return "." if output is None else str(output)
@@ -169,7 +171,7 @@ def _model(args: argparse.Namespace) -> dict[Path, bytes]:
     reasons = list(refused(bicycle))
     _warn(bicycle.name, reasons)
     if reasons:
-        complain("--nearest-valid-inertia writes the nearest bicycle that every engine loads")
+        complain("use --nearest-valid-inertia to write the nearest bicycle that every engine loads")
     return {folder / f"{stem}{suffix}": render(args.model, bicycle, maneuvers, width.rational)}
 
 
@@ -197,14 +199,14 @@ def _digits(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.exports.formats import DIGITS
 
     if args.format != "csv":
-        raise InputError("--digits: expected with --format csv only")
+        raise InputError("--digits needs --format csv")
     if args.digits not in DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {' or '.join(map(str, DIGITS))}")
     return int(args.digits)
 
 
 def _place(output: str, suffixes: tuple[str, ...], stem: str) -> tuple[Path, str]:
-    """Folder, and name without its suffix; in a folder it is `stem`."""
+    """Return the folder and the file name without suffix: `stem` if only a folder is given."""
     if output == "-":
         raise InputError("--output: found '-', expected a file or a folder")
     out = Path(output)

@@ -1,11 +1,11 @@
 """Integrate the maneuvers and write the reference files.
 
-Integrate each maneuver with heyoka at high precision, prove how far the exact motion may be from
-the result, round every value correctly, and write the reference files: rows and dense output
-(HDF5), the 25-column text, the same with 50 digits, the candidate polynomials, the certificate, the
-sensitivities to all parameters, the whole motion with all forces, and a manifest. Files of equal
-content are left untouched; each is replaced atomically, the manifest last. After an interruption
-the same command makes the set again.
+Integrate each maneuver with heyoka at high precision, prove a bound on the distance between the
+exact motion and the result, round every value correctly, and write a dataset: rows and dense output
+(HDF5), the 25-column text with 17 and with 50 digits, the candidate polynomials, the certificate,
+the sensitivities to all parameters, the whole motion with all forces, and a manifest. A file whose
+content does not change is not written. Files are replaced atomically, the manifest last. After an
+interruption, give the same command again.
 
 examples:
   heyoka-bike generate --bicycle pista --out my-reference
@@ -47,19 +47,19 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__)
     said = {
         "--digits N": "decimal digits of the integration, 65 to 1000 (default 70)",
-        "--bicycle NAME|FILE": "a bicycle of the collection, or a TOML file (default: benchmark); "
-        "several make a set each, in a folder of its name",
-        "--all-bicycles": "a set of each bicycle of the collection",
-        "--maneuvers NAME|FILE": "maneuvers of the collection, or a TOML file (default: those of "
-        "the bicycle's name, benchmark for a file)",
-        "--until WHEN": "a time [s] in place of the maneuvers' durations, or 'fall': to the last "
-        "row before a wheel leaves the floor or the model ends",
-        "--after-ten-seconds": "make after-ten-seconds.json instead, what is proved of the "
-        "benchmark's motions after their ten seconds, with the candidates that 'certify "
-        "--after-ten-seconds' starts from; five minutes",
-        "--out DIR": "folder (default ./reference, or ./reference/after-ten-seconds; of several "
-        "bicycles ./sets)",
-        "--force": "replace a set of another version or of other inputs",
+        "--bicycle NAME|FILE": "name of a bundled bicycle, or a TOML file (default: benchmark); "
+        "for several, each dataset goes to a folder named after its bicycle",
+        "--all-bicycles": "generate a dataset for each bundled bicycle",
+        "--maneuvers NAME|FILE": "name of bundled maneuvers, or a TOML file (default: the "
+        "maneuvers with the bicycle's name; benchmark for a bicycle from a file)",
+        "--until WHEN": "end time [s], instead of the maneuvers' own durations; or 'fall': end at "
+        "the last row before a wheel lifts or the model is no longer valid",
+        "--after-ten-seconds": "write after-ten-seconds.json instead: proved facts about the "
+        "benchmark's motions after their first ten seconds, with the candidate files that "
+        "'certify --after-ten-seconds' needs; takes five minutes",
+        "--out DIR": "output folder (default ./reference; ./reference/after-ten-seconds with that "
+        "option; ./sets for several bicycles)",
+        "--force": "replace a dataset of another version or with other inputs",
     }
     options.add_arguments(
         p, said, digits={"type": int, "default": _DIGITS_ASKED}, bicycle={"nargs": "+"}
@@ -92,11 +92,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _folders(args: argparse.Namespace) -> dict[Path, str]:
-    """Return the bicycle of each set that is asked for, by the set's folder."""
+    """Return the bicycle of each requested dataset, by the dataset's folder."""
     from heyoka_bike.system.resources import collection
 
     if args.all_bicycles and args.bicycle is not None:
-        raise InputError("found --bicycle and --all-bicycles, expected one of them")
+        raise InputError("found both --bicycle and --all-bicycles, expected one of them")
     bicycles = sorted(collection("bicycles")) if args.all_bicycles else args.bicycle
     if bicycles is None or len(bicycles) == 1:
         out = "reference" if args.out is None else args.out
@@ -106,13 +106,13 @@ def _folders(args: argparse.Namespace) -> dict[Path, str]:
     names = [Path(x).stem if x.endswith(".toml") else x for x in bicycles]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"--bicycle: found '{name}' twice, expected a set of each")
+            raise InputError(f"--bicycle: found '{name}' twice, expected each bicycle once")
     out = "sets" if args.out is None else args.out
     return {Path(out, name): x for name, x in zip(names, bicycles, strict=True)}
 
 
 def _after(args: argparse.Namespace) -> int:
-    """Make what is proved of the benchmark's motions after their ten seconds."""
+    """Write the proved facts about the benchmark's motions after their ten seconds."""
     from heyoka_bike.workbench.after_ten_seconds.making import generate_after
 
     given = {
@@ -123,8 +123,8 @@ def _after(args: argparse.Namespace) -> int:
     for option, is_given in given.items():
         if is_given:
             raise InputError(
-                f"{option}: found it beside --after-ten-seconds, expected it alone: that is about "
-                "the benchmark"
+                f"{option} cannot be combined with --after-ten-seconds, which always uses the "
+                "benchmark's inputs"
             )
     out = "reference/after-ten-seconds" if args.out is None else args.out
     with progress_bars({"certify": 1.0}) as progress:
@@ -137,14 +137,14 @@ def _after(args: argparse.Namespace) -> int:
 def _print(
     args: argparse.Namespace, sets: Sequence[Any], failed: Mapping[Path, Exception], *, is_one: bool
 ) -> None:
-    """Print the sets that were made, as JSON or as a table of their maneuvers and a line of each.
+    """Print the datasets: JSON, or a table of their maneuvers and one line for each dataset.
 
     Parameters
     ----------
     sets
         Documents of `_set`.
     is_one
-        Only one set was asked for, so that its name need not stand in the table.
+        True if only one dataset was requested: the table then omits its name.
     """
     if args.format == "json":
         print_json(_document(sets, failed))

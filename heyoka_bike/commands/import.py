@@ -1,13 +1,14 @@
 """Read a bicycle from another program's file: BicycleParameters, URDF, SDFormat or MJCF.
 
-Write it as the TOML file that the other commands take. A parameter file has lines such as IBxx =
-9.2+/-0.1 or IBxx: 9.2, with or without standard deviations. A URDF, SDFormat or MJCF is a tree of
-a frame, a fork and two wheels that stands upright at zero angles. Names and directions of its axes
-are free. Links that are fixed to one another are joined.
+Write the bicycle as a TOML file for the other commands. A BicycleParameters file has lines such as
+IBxx = 9.2+/-0.1 or IBxx: 9.2, with or without standard deviations. A URDF, SDFormat or MJCF file
+must describe a tree of a frame, a fork and two wheels that stands upright at zero angles. Its axes
+may have any names and directions. Links that are fixed to one another are joined.
 
-A line on standard error reports each thing that the 26 parameters cannot hold: products of inertia
-xy and yz, offsets from the plane of the rear wheel, wheels out of balance. A fifth body that moves,
-wheels that are not parallel or not on one level, and joints of other kinds are refused.
+Each property that the 26 parameters cannot represent is reported in a line on standard error:
+products of inertia xy and yz, offsets from the plane of the rear wheel, unbalanced wheels. A fifth
+moving body, wheels that are not parallel or do not stand on one level, and other kinds of joints
+are rejected.
 
 examples:
   heyoka-bike import BrowserBenchmark.txt -o browser.toml
@@ -31,7 +32,7 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
         "FILE": "a file of BicycleParameters, URDF, SDFormat or MJCF",
-        "-o --output FILE": "the TOML file (default: standard output)",
+        "-o --output FILE": "TOML file to write (default: standard output)",
     }
     options.add_command(subparsers, run, __doc__, said)
 

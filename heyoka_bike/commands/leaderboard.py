@@ -1,17 +1,17 @@
 """Check, score and rank the submissions in a folder.
 
 Score every submission in a folder and rank them by true error, problem by problem (H1 to H4,
-docs/harder-tier.md). A submission is NAME.toml beside its result files: program, version, method,
-coordinates, precision, step or tolerance, processor time, machine, licence, contact, and path and
-sha256 of each file. What breaks a rule (a file that changed, a row or a maneuver that is missing)
-is refused with one line, and does not stop the others.
+docs/harder-tier.md). A submission is a file NAME.toml next to its result files. It states program,
+version, method, coordinates, precision, step or tolerance, processor time, machine, licence,
+contact, and the path and sha256 of each file. A submission that breaks a rule (a changed file, a
+missing row or maneuver) is rejected with one line; the others are still ranked.
 
 examples:
   heyoka-bike leaderboard data/results
   heyoka-bike leaderboard data/results -o board.html --diagnose
   heyoka-bike leaderboard mine --reference sets/harder/longer --format json
 
-exit code 3 if a submission is refused. How to submit: docs/how-to/leaderboard.md
+exit code 3 if a submission is rejected. How to submit: docs/how-to/leaderboard.md
 """
 
 from __future__ import annotations
@@ -33,15 +33,16 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
         "FOLDER": "folder of submissions",
-        "-o --output FILE": "write to this file (.html or .json)",
+        "-o --output FILE": "file to write (.html or .json)",
     }
     p = options.add_command(subparsers, run, __doc__, said)
-    options.add_format(p, ("table", "json", "html"), "default: table, and by the suffix of -o")
+    options.add_format(
+        p, ("table", "json", "html"), "default: table, or with -o the format of its suffix"
+    )
     how = {
-        "--reference DIR...": "folder of a set of H2, H3 or H4; may be repeated (that of "
-        "H1 is here)",
-        "--diagnose": "say of each what goes wrong, as 'diagnose' does (about ten seconds for "
-        "each)",
+        "--reference DIR...": "folder of the dataset of H2, H3 or H4; may be repeated (that of H1 "
+        "is included)",
+        "--diagnose": "also diagnose each submission, as 'diagnose' does (about ten seconds each)",
     }
     options.add_arguments(p, how)
     options.add_workers(p)
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _format(args: argparse.Namespace) -> str:
-    """Return the format of the output; that of a file follows from its suffix."""
+    """Return the format of the output; without --format, the suffix of the file determines it."""
     if args.output is None:
         return args.format or "table"
     found = args.format or _FORMAT_OF_SUFFIX.get(Path(args.output).suffix.lower())

@@ -1,8 +1,8 @@
 """Matrices, eigenvalues, weave and capsize speed of the linearised bicycle.
 
-Linearise the nonlinear model about upright straight running, M q'' + v C1 q' + (g K0 + v^2 K2) q =
-0 with q = (roll, steer), and print the matrices, the eigenvalues over speed, and the speeds between
-which it is stable.
+Linearise the model about upright straight running: M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q =
+(roll, steer). Print the matrices, the eigenvalues at the given speeds, the weave and capsize
+speeds, and the speed ranges in which the bicycle is stable.
 
 example: heyoka-bike linear --digits 30 --speeds 4:6:0.5
 """
@@ -46,11 +46,11 @@ def add_parser(subparsers: Any) -> None:
     said = {
         "--digits N": "significant decimal digits, 5 to 1000 (default 15)",
         **options.BICYCLE,
-        "--speeds LIST 0:10:1": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step "
-        "(default 0:10:1)",
-        "--uncertainty SIGMAS": "prove between which speeds weave and capsize lie if every "
-        "parameter may be so many of its standard deviations off (default 1), and where all such "
-        "bicycles are stable",
+        "--speeds LIST 0:10:1": "speeds at which to compute eigenvalues [m/s]: a list such as "
+        "0,4.6,8, or first:last:step (default 0:10:1)",
+        "--uncertainty SIGMAS": "prove bounds on the weave and capsize speeds of all bicycles "
+        "whose parameters lie within SIGMAS standard deviations (default 1), and the speeds at "
+        "which all of them are stable",
     }
     digits, sigmas = {"type": int, "default": 15}, {"nargs": "?", "const": "1"}
     options.add_arguments(p, said, digits=digits, uncertainty=sigmas)
@@ -87,14 +87,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def parse_speeds(text: str) -> list[Fraction]:
-    """Speeds [m/s] of a list such as ``0,4.6,8`` or of ``first:last:step``.
+    """Return the speeds [m/s] of a list such as ``0,4.6,8`` or of a range ``first:last:step``.
 
-    A range ends at the last speed if a whole number of steps leads there, else before it.
+    A range includes its last speed if a whole number of steps leads there.
 
     Raises
     ------
     InputError
-        The text is neither, or names more than 10001 speeds.
+        The text is neither a list nor a range, or a range has more than 10001 speeds.
     """
     if ":" not in text:
         return [_speed(part) for part in text.split(",")]
@@ -104,8 +104,8 @@ def parse_speeds(text: str) -> list[Fraction]:
     first, last, step = parts
     if step <= 0 or last < first:
         raise InputError(
-            f"--speeds: found '{text}', expected a positive step and a last speed not below the "
-            "first"
+            f"--speeds: found '{text}', expected a positive step and a last speed that is at least "
+            "the first"
         )
     steps = (last - first) // step
     if steps >= _MAX_SPEEDS:
@@ -126,14 +126,14 @@ def _speed(text: str) -> Fraction:
 
 
 def _text(x: Any, digits: int) -> str:
-    """Decimal text with all digits, zeros at the end included; zero itself is 0."""
+    """Return decimal text with all digits, including trailing zeros; zero itself is ``0``."""
     import mpmath
 
     return str(mpmath.nstr(x, digits, strip_zeros=False)) if x else "0"
 
 
 def _speed_text(v: Fraction, digits: int) -> str:
-    """Decimal text of a given speed: exact where that is not long."""
+    """Return the decimal text of a given speed: exact if it is whole, else with 10 more digits."""
     import mpmath
 
     if v.denominator == 1:

@@ -1,4 +1,4 @@
-"""Commands as the command line takes them, their options, and the completion of both in a shell."""
+"""Helpers that define commands and options, and that complete both in a shell."""
 
 import argparse
 import os
@@ -21,18 +21,18 @@ def add_command(
     subparsers: Any, run: Callable[[Namespace], int], said: str | None,
     arguments: Mapping[str, str] | None = None, **fields: str,
 ) -> ArgumentParser:  # fmt: skip
-    """Add a command to the command line; it is called like the module of `run`.
+    """Add a command to the command line. Its name is that of the module of `run`.
 
     Parameters
     ----------
     arguments
         See `add_arguments`.
     said
-        Docstring of that module. The summary is the command's line in the list of commands; the
-        paragraphs after it stand above the options, those from the first on that begins with a
-        small letter (``examples: ...``) below them.
+        Docstring of that module. Its summary is the command's line in the list of commands. The
+        paragraphs after the summary are printed above the options. From the first paragraph that
+        begins with a small letter (``examples: ...``), they are printed below the options.
     fields
-        What ``$name`` stands for in it.
+        Texts that replace ``$name`` in the docstring.
     """
     summary, _, text = Template(said or "").safe_substitute(fields).strip().partition("\n\n")
     paragraphs = text.split("\n\n")
@@ -50,7 +50,7 @@ def add_command(
 
 
 class _Paragraphs(HelpFormatter):
-    """Folds paragraphs of prose; those that begin with a small letter keep their lines."""
+    """Help formatter that wraps paragraphs; one that begins with a small letter keeps its lines."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         paragraphs = text.split("\n\n")
@@ -63,12 +63,12 @@ def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str,
     Parameters
     ----------
     said
-        The help of each by its usage. ``FILE`` is an argument, ``[FILE]`` one that may be missing,
-        ``FILE...`` one or more. ``--force`` is a switch, ``-o --output FILE`` takes a text,
-        ``--speeds LIST 0:10:1`` has a default, ``--require EXPR...`` may be repeated.
+        Help text of each argument by its usage. ``FILE`` is a required argument, ``[FILE]`` an
+        optional one, ``FILE...`` one or more. ``--force`` is a switch, ``-o --output FILE`` takes
+        a text, ``--speeds LIST 0:10:1`` has a default, ``--require EXPR...`` may be repeated.
     settings
-        Arguments of ``add_argument``, such as ``{"type": int}``, by the name of an option with
-        underscores.
+        Further arguments of ``add_argument``, such as ``{"type": int}``, by the option's name
+        without leading dashes and with underscores.
     """
     for usage, text in said.items():
         words = usage.split()
@@ -87,38 +87,39 @@ def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str,
         parser.add_argument(*names, help=text, **kind)
 
 
-FOLDER = {"[DIR]": "folder (default: the published set)"}
+FOLDER = {"[DIR]": "folder of the dataset (default: the published dataset)"}
 BICYCLE = {
-    "--bicycle NAME|FILE benchmark": "a bicycle of the collection, or a TOML file (default: "
+    "--bicycle NAME|FILE benchmark": "name of a bundled bicycle, or a TOML file (default: "
     "benchmark)"
 }
 COLUMNS = {
-    "--columns NAMES": "what the columns of a file are, in its order, whatever their names there: "
-    "time,roll_angle,m2_steer_angle,...; - for one that is left out",
-    "--max-bytes N": "bytes that a packed file may unpack to (default: 500000000)",
+    "--columns NAMES": "names of the columns in the order of the file; they override its header: "
+    "time,roll_angle,m2_steer_angle,...; use - to skip a column",
+    "--max-bytes N": "largest size that a compressed file may expand to [bytes] (default: "
+    "500000000)",
 }
 BUDGET = {
-    "--budget S": "processor time that the diagnosis may take [s]; then what was found until then "
-    f"is said, with exit code 4 (default: {DEFAULT_BUDGET:g})",
-    "--thorough": "try two mistakes at once also where a force is left that nothing explains",
+    "--budget S": "limit of the diagnosis in processor time [s] (default: "
+    f"{DEFAULT_BUDGET:g}); at the limit the causes found so far are reported, with exit code 4",
+    "--thorough": "also try pairs of mistakes if the file shows a force that no single mistake "
+    "explains",
 }
-REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
+REFERENCE = {"--reference DIR": "folder of a reference dataset (default: the published one)"}
 """Arguments that several commands have."""
 
 
 def add_workers(parser: ArgumentParser) -> None:
-    """Add ``--workers`` and ``--cluster``, which `using_workers` takes."""
+    """Add ``--workers`` and ``--cluster``, which `using_workers` applies."""
     options = {
-        "--workers N": "do the work in N processes of this machine (default: one for each "
-        "processor)",
-        "--cluster ADDRESS": "do the work on the workers of a running Dask scheduler, such as "
-        "tcp://node7:8786, or of a scheduler file; needs heyoka_bike[cluster]",
+        "--workers N": "use N processes of this machine (default: one for each processor)",
+        "--cluster ADDRESS": "use the workers of a running Dask scheduler instead: its address, "
+        "such as tcp://node7:8786, or its scheduler file; needs heyoka_bike[cluster]",
     }
     add_arguments(parser.add_mutually_exclusive_group(), options, workers={"type": int})
 
 
 def using_workers(args: Namespace) -> AbstractContextManager[None]:
-    """For the time of a command, what was asked for by the options of `add_workers`."""
+    """Return a context in which the work is done as the options of `add_workers` request."""
     workers, cluster = getattr(args, "workers", None), getattr(args, "cluster", None)
     if workers is None and cluster is None:
         return nullcontext()
@@ -128,17 +129,17 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
 
 
 def lists(parser: ArgumentParser, dest: str, words: Iterable[str]) -> None:
-    """Let a shell complete the words of an option that takes several, or checks them itself."""
+    """Let a shell complete these words for an option that argparse gives no ``choices``."""
     (action,) = (x for x in parser._actions if x.dest == dest)
     vars(action)["words"] = tuple(words)
 
 
-VERBOSE = {"-v --verbose": "say on standard error what is done; twice, why so"}
-"""Which `telling` takes."""
+VERBOSE = {"-v --verbose": "log progress to standard error; -vv also logs the reasons"}
+"""Option of every command, which `verbose_logging` applies."""
 
 
 def verbose_logging(args: Namespace) -> AbstractContextManager[None]:
-    """For the time of a command, what ``--verbose`` or ``HEYOKA_BIKE_LOG`` asks for."""
+    """Return a context that logs as ``--verbose`` or ``HEYOKA_BIKE_LOG`` requests."""
     asked = ("info", "debug")[min(args.verbose, 2) - 1] if args.verbose else ""
     level = asked or os.environ.get("HEYOKA_BIKE_LOG", "")
     if not level:
@@ -154,8 +155,8 @@ def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> 
     Parameters
     ----------
     said
-        About the format if none is asked for, where that depends on something else; by default it
-        is the first one.
+        Text about the default. If it is given, the option itself has no default; otherwise the
+        default is the first format.
     """
     default = formats[0] if said is None else None
     about = f"default {default}" if said is None else said
@@ -166,7 +167,7 @@ def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> 
 def add_formats(
     parser: ArgumentParser, formats: Sequence[str], said: str, *, nargs: str | None = None
 ) -> None:
-    """Add ``--format`` for several, as ``formats``."""
+    """Add a ``--format`` that takes several formats; the parsed arguments call it ``formats``."""
     parser.add_argument(
         "--format", metavar="FORMAT", dest="formats", action=_Formats, nargs=nargs,
         help=f"one of {', '.join(formats)}; {said}",
@@ -175,7 +176,7 @@ def add_formats(
 
 
 class _Formats(Action):
-    """Takes formats, separated by commas or not, as often as they are given."""
+    """Action that collects formats, separated by commas or given in several options."""
 
     words: tuple[str, ...]
 
@@ -191,7 +192,7 @@ class _Formats(Action):
 
 
 class PrintCompletion(Action):
-    """Prints what a shell reads to complete words of the command line, and ends."""
+    """Action that prints a script for completion in a shell, and exits."""
 
     def __call__(
         self, parser: ArgumentParser, namespace: Any, values: Any, option: Any = None
@@ -199,15 +200,15 @@ class PrintCompletion(Action):
         try:
             print(completion(parser, values))
         except ModuleNotFoundError:
-            said = "shtab is not installed, expected it: pip install 'heyoka_bike[completion]'"
+            said = "the package 'shtab' is not installed: pip install 'heyoka_bike[completion]'"
             parser.exit(Exit.INPUT, f"{parser.prog}: {said}\n")
         parser.exit(Exit.OK)
 
 
 def completion(parser: ArgumentParser, shell: str) -> str:
-    """Return a completion script: commands, options and formats by name, files and folders.
+    """Return a script that completes commands, options, formats, files and folders.
 
-    The parser is of no other use afterwards.
+    The parser cannot be used for anything else afterwards, because its actions are changed.
     """
     import shtab
 
@@ -225,6 +226,6 @@ def _actions(parser: ArgumentParser) -> Iterator[Action]:
         yield action
         if isinstance(action, argparse._SubParsersAction):
             for command in action._choices_actions:
-                # A shell shows it beside the name.
+                # A shell shows the description next to the command's name.
                 action.choices[command.dest].description = command.help
                 yield from _actions(action.choices[command.dest])

@@ -1,8 +1,8 @@
 """Draw the maneuvers, phase portraits, eigenvalues over speed, or an atlas.
 
-Draw figures of a reference set, by default each maneuver: roll and steer angles and their rates,
-forward speed, and the energies over time. Of the benchmark these are its figures 2 to 4. Needs
-matplotlib: pip install "heyoka_bike[plot]".
+Draw figures of a dataset. By default, one figure for each maneuver: roll and steer angles and their
+rates, forward speed, and the energies over time. For the benchmark these are figures 2 to 4 of its
+publication. Needs matplotlib: pip install "heyoka_bike[plot]".
 
 figures:
 $figures
@@ -13,8 +13,8 @@ examples:
   heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg
   heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html
 
-The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a map, in which a
-start that is chosen opens its replay, computed there.
+The page of an atlas (see 'heyoka-bike atlas') is a single file that needs no network. It shows a
+map; a click on a point of the map computes the motion from there in the browser and replays it.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     width = max(map(len, FIGURES))
     about = {name: kind.about for name, kind in FIGURES.items()}
-    about[ATLAS] = "the map of an atlas (DIR), or with a name ending in .html its page"
+    about[ATLAS] = "map of the atlas in DIR; a name ending in .html writes its interactive page"
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
     said = {
-        "[DIR]": "folder of the reference set (default: the published one), or of an atlas",
-        f"--figure NAME {DEFAULT}": f"what to draw, see below, or {ALL} (default {DEFAULT})",
-        "-o --output FILE_OR_FOLDER figures": "folder, or the file of a single figure, its format "
-        "by the suffix (default ./figures)",
+        "[DIR]": "folder of a dataset (default: the published one) or of an atlas",
+        f"--figure NAME {DEFAULT}": f"figure to draw, see below, or {ALL} (default {DEFAULT})",
+        "-o --output FILE_OR_FOLDER figures": "folder, or file for a single figure, whose suffix "
+        "sets the format (default ./figures)",
     }
     p = options.add_command(subparsers, run, __doc__, said, figures=listed)
     options.lists(p, "figure", [*FIGURES, ATLAS, ALL])
     options.add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
     options.add_arguments(
-        p, {"--maneuver N": "draw this one (default: all)"}, maneuver={"type": int}
+        p, {"--maneuver N": "draw only this maneuver (default: all)"}, maneuver={"type": int}
     )
 
 
@@ -58,12 +58,15 @@ def run(args: argparse.Namespace) -> int:
     if args.figure == ATLAS:
         is_page = args.output.lower().endswith(_PAGES)
         if args.maneuver is not None:
-            raise InputError(f"--maneuver: expected none for {'the page of ' * is_page}an atlas")
+            raise InputError(
+                f"--maneuver cannot be used with {'the page of ' * is_page}an atlas, which has no "
+                "maneuvers"
+            )
         if args.dir is None:
-            raise InputError("--figure: found atlas without one, expected its folder (DIR)")
+            raise InputError("--figure atlas needs DIR, the folder of the atlas")
         if is_page:
             if args.formats is not None:
-                raise InputError("--format: expected none for the page of an atlas")
+                raise InputError("--format cannot be used with the page of an atlas")
             from heyoka_bike.workbench.atlas.page.page import atlas_page
 
             write_output(Path(args.output), atlas_page(args.dir).encode())

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
 
-_WIDTH_OF_FILES = 120  # of checks that go to a file or a pipe
+_WIDTH_OF_FILES = 120  # Width of a table of checks in a file or a pipe [characters].
 _RESULT_OF_CHECK = {
     True: ("ok", "passed"),
     False: ("FAILED", "failed"),
@@ -21,17 +21,17 @@ _RESULT_OF_CHECK = {
 
 
 def print_text(text: str) -> None:
-    """Print text that may have letters of any kind."""
+    """Print text; letters that standard output cannot encode become question marks."""
     try:
         print(text, end="" if text.endswith("\n") else "\n")
     except UnicodeEncodeError:
-        # A terminal or pipe of another encoding still gets every letter it has.
+        # Print everything that the encoding of the terminal or pipe can represent.
         encoding = sys.stdout.encoding or "ascii"
         print(text.encode(encoding, "replace").decode(encoding))
 
 
 def print_blocks(*blocks: Block, width: int | None = None) -> None:
-    """Print blocks of a document, as wide as the terminal, or so wide to a file or a pipe."""
+    """Print blocks of a document in the terminal's width; `width` applies to a file or a pipe."""
     from heyoka_bike.showing.document.text import render
     from heyoka_bike.system.console import has_colors
 
@@ -51,14 +51,14 @@ def print_table(
 
 
 def print_json(document: Mapping[str, object]) -> None:
-    """Print one document, the only text on standard output."""
+    """Print one JSON document, which is the only text on standard output."""
     import json
 
     print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def print_checks(title: str, checks: Sequence[Check]) -> None:
-    """Print a line for each check: name, file, result, how many values, what was measured."""
+    """Print a line for each check: name, file, result, number of values, measured sizes."""
     from heyoka_bike.showing.document import Cell, TableColumn
 
     said = TableColumn("what was measured", is_prose=True)
@@ -77,7 +77,7 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
 
 
 def complain_of_checks(place: str, checks: Sequence[Check]) -> None:
-    """Print a line for each failed check, naming the file and what differs."""
+    """Print a line on standard error for each failed check: the file and the difference."""
     for c in checks:
         if c.passed is False:
             where = f"{place}/{c.file}" if c.file else place

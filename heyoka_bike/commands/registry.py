@@ -1,4 +1,4 @@
-"""The commands by name, in their groups."""
+"""Names of the commands, in the groups of ``--help``."""
 
 from importlib import import_module
 from types import ModuleType
@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 
 class Group(NamedTuple):
-    """Commands of ``--help`` that belong together."""
+    """A group of commands in ``--help``."""
 
     title: str
     example: str
     commands: tuple[str, ...]
-    """In the order of ``--help``; each is a module of `heyoka_bike.commands`."""
+    """Names in the order of ``--help``; each is a module of `heyoka_bike.commands`."""
 
 
 GROUPS = (
@@ -21,12 +21,12 @@ GROUPS = (
         ("generate", "certify", "verify", "linear", "import"),
     ),
     Group(
-        "judging",
+        "checking results",
         "heyoka-bike diagnose my-results.txt",
         ("score", "diagnose", "check", "bench"),
     ),
     Group(
-        "looking",
+        "pictures",
         "heyoka-bike animate my-results.txt -o replay.html",
         ("animate", "plot", "atlas"),
     ),

@@ -1,4 +1,4 @@
-"""Result files as commands take them."""
+"""Reading of result files and of the options about them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 
-# A file of this many bytes takes longer to read than anyone likes to wait without a word.
-_BYTES_OF_LONG_FILE = 20_000_000
-# A pipe into which nobody writes looks like a program that hangs.
+_BYTES_OF_LONG_FILE = 20_000_000  # While a larger file is read, a spinner is shown.
+# Waiting time after which a notice is printed [s]: a pipe that nobody writes to looks like a hang.
 _SECONDS_OF_SILENCE = 5.0
 
 
 def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
-    """Maneuver of each file as told by ``--maneuver``, None where it is not."""
+    """Return the maneuver of each file according to ``--maneuver``; None without the option."""
     if text is None:
         return [None] * count
     parts = text.split(",")
@@ -37,12 +36,12 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
 
 
 def parse_max_bytes(text: str) -> int:
-    """The number of ``--max-bytes``.
+    """Return the value of ``--max-bytes``.
 
     Raises
     ------
     InputError
-        It is no whole number above zero.
+        The text is not a whole number above zero.
     """
     if not (text.isascii() and text.isdigit() and int(text)):
         raise InputError(f"--max-bytes: found {text:.40}, expected a whole number above zero")
@@ -50,12 +49,12 @@ def parse_max_bytes(text: str) -> int:
 
 
 def parse_budget(text: str | None, is_thorough: bool) -> Budget:
-    """The processor time of ``--budget``, and whether ``--thorough`` is asked for.
+    """Return the budget that ``--budget`` and ``--thorough`` ask for.
 
     Raises
     ------
     InputError
-        It is no number above zero.
+        The text is not a number above zero.
     """
     from heyoka_bike.numbers.exact import positive_numbers
     from heyoka_bike.scoring.diagnosis.budget import Budget
@@ -69,13 +68,13 @@ def parse_budget(text: str | None, is_thorough: bool) -> Budget:
 
 
 def _waiting(file: str) -> AbstractContextManager[Any]:
-    """A word while a long file is read, or what another program has not ended yet."""
+    """Return a context that shows a notice while a long file or a pipe is read."""
     if os.path.isfile(file):
         is_long = os.path.getsize(file) > _BYTES_OF_LONG_FILE
         return patience(f"reading {file}") if is_long else nullcontext()
     what = "standard input" if file == STANDARD_INPUT else printable(file)
     return notice_if_slow(
-        _SECONDS_OF_SILENCE, f"heyoka-bike: still reading {what}: waiting for the end of it"
+        _SECONDS_OF_SILENCE, f"heyoka-bike: still reading {what}, waiting for its end"
     )
 
 
@@ -83,7 +82,7 @@ def read(
     file: str, maneuver: int | None, reference: Reference, columns: str | None = None,
     max_bytes: str | None = None,
 ) -> Results:  # fmt: skip
-    """Read a result file, with a word on the terminal if that takes long."""
+    """Read a result file, with a notice on the terminal if that takes long."""
     from heyoka_bike.scoring.reading.request import MOST_UNPACKED
     from heyoka_bike.scoring.reading.source import read_results
 
@@ -97,8 +96,8 @@ def read(
     if maneuver is not None and held != [maneuver]:
         shown = ", ".join(map(str, held))
         raise InputError(
-            f"found --maneuver {maneuver} for a file that holds maneuver {shown}, expected it for "
-            "a file of one maneuver",
+            f"--maneuver {maneuver} does not fit: the file contains maneuver {shown}; use the "
+            "option for a file of one maneuver",
             file=file,
         )
     return results

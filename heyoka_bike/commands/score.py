@@ -1,14 +1,18 @@
 """Compare the results of another program with the reference.
 
-Compare result files with the reference, at their own times. A file has 25 columns (time, then for
-each maneuver roll angle, roll angular velocity, forward speed, potential, kinetic and mechanical
-energy, steer angle, steer velocity), or 9 of one maneuver, in SI units; or a line of column names,
-which may be any of the eight and of those of motion.h5 (yaw, com_z, rear_normal_force). Formats are
-$formats, gzip of these; text has any separators, headers and comments; - is standard input. The
-definition, unit, sign and zero of each column are recognised, and said. Several files are several
-programs, shown side by side, unless they hold different maneuvers of one run. With --step or
---tolerance they are runs of one program, and show how its error falls; a .toml file lists such runs
-with steps, tolerances and processor times.
+Compare result files with the reference, at the times of the file. A file without column names has
+25 columns in SI units (time, then for each maneuver roll angle, roll angular velocity, forward
+speed, potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 columns for one
+maneuver. With a line of column names it may contain any of these columns and of those of motion.h5
+(such as yaw, com_z, rear_normal_force). The report states the recognised definition, unit, sign and
+zero of each column.
+
+The formats are $formats, and each of them compressed with gzip. A text file may have any
+separators, headers and comments. The name - is standard input.
+
+Several files are compared side by side as different programs, unless they contain different
+maneuvers of one run. With --step or --tolerance they are runs of one program, and the report shows
+how its error decreases. A .toml file lists such runs with steps, tolerances and processor times.
 
 examples:
   heyoka-bike score my-results.txt
@@ -19,11 +23,11 @@ examples:
   heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001
   heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11
 
-requirements: [maneuver.][column.]metric op number, the worst of what is not named;
-  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
-  performance, columns, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.
-  Each refers to all eight columns over the whole run, in each maneuver of the file, unless
-  'columns >= 5' or 'coverage >= 0.3' is required too. What that proves: docs/measures.md
+requirements: [maneuver.][column.]metric op number. Without a maneuver or a column, the worst
+  one counts. Metrics: scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
+  performance, columns, coverage, gap; op: < <= > >=. Exit code 3 if one is not met.
+  A requirement needs all eight columns over the whole run in each maneuver of the file, unless
+  'columns >= 5' or 'coverage >= 0.3' is required too. Definitions: docs/measures.md
 """
 
 from __future__ import annotations
@@ -58,29 +62,29 @@ def add_parser(subparsers: Any) -> None:
     known = listed("and", with_packages=True)
     p = options.add_command(subparsers, run, __doc__, said, formats=known)
     options.add_formats(
-        p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)"
+        p, FORMATS, "may be repeated (default: table, and for each -o the format of its suffix)"
     )
     how = {
-        "-o --output FILE...": "write to this file, its format by --format or its suffix; may be "
-        "repeated",
-        "--summary": "ten lines at most in place of the table: verdict, digits, conventions, what "
-        "next",
-        "--details": "show the errors of each maneuver, too; a file that is written always has "
+        "-o --output FILE...": "write to this file, in the format of --format or of its suffix; "
+        "may be repeated",
+        "--summary": "print at most ten lines instead of the table: verdict, digits, conventions, "
+        "next steps",
+        "--details": "also print the errors of each maneuver; files written with -o always contain "
         "them",
         "--require EXPR...": "requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be "
         "repeated",
-        "--diagnose": "say why the file differs, too, and show it in the HTML; see 'heyoka-bike "
-        "diagnose'",
+        "--diagnose": "also diagnose why the file differs, and show the cause in the HTML report; "
+        "see 'heyoka-bike diagnose'",
         **options.BUDGET,
-        "--maneuver N": "maneuver that a file of one maneuver holds (default: recognised by its "
-        "values); separated by commas, one for each file",
+        "--maneuver N": "number of the maneuver in a file that contains only one (default: "
+        "recognised from the values); for several files, numbers separated by commas",
         **options.COLUMNS,
-        "--step H": "step size of each file [s], separated by commas, or 'rows' for the distance "
-        "of the rows: the files are runs of one program",
-        "--tolerance TOL": "tolerance of the solver of each file, separated by commas: the files "
-        "are runs of one program that chooses its steps, or whose iterations stop at it",
-        "--name NAME": "name of the program of each file, separated by commas (default: the files' "
-        "names); files of one name hold different maneuvers of one program",
+        "--step H": "step size of each file [s], separated by commas, or 'rows' if each step is "
+        "one row; the files are then runs of one program",
+        "--tolerance TOL": "solver tolerance of each file, separated by commas, for an adaptive "
+        "step or for iterations; the files are then runs of one program",
+        "--name NAME": "name of each file's program, separated by commas (default: the file "
+        "names); files with the same name are different maneuvers of one program",
         "--cpu S": "processor time of each file [s], separated by commas",
     }
     options.add_arguments(p, how | options.REFERENCE)
@@ -137,7 +141,7 @@ def run(args: argparse.Namespace) -> int:
 def _budget(args: argparse.Namespace) -> Budget:
     for name in ("budget", "thorough"):
         if getattr(args, name) and not args.diagnose:
-            raise InputError(f"--{name}: expected beside --diagnose")
+            raise InputError(f"--{name} needs --diagnose")
     return parse_budget(args.budget, args.thorough)
 
 
@@ -154,7 +158,7 @@ def _diagnosed(scored: Report | Series, reference: Reference, budget: Budget) ->
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:
-    """Format for standard output, if any, and the files to write with theirs."""
+    """Return the format for standard output (None for no output) and the files with formats."""
     formats: list[str] = args.formats or []
     left = list(dict.fromkeys(formats))
     written = []
@@ -173,7 +177,7 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
                 f"--output: found '{path.name}', expected a name ending in "
                 f"{', '.join(SUFFIXES)}, or a --format for it"
             )
-        # The table is for the screen if there is anything else to write.
+        # The table goes to standard output if the file can have another format.
         name = next((f for f in left if f != "table"), left[0])
         left.remove(name)
         written.append((path, name))
@@ -181,8 +185,8 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
         return "summary", written
     if args.summary:
         raise InputError(
-            f"--summary: found {left[0]} for standard output too, expected one; name a file for "
-            "it with -o"
+            f"--summary and --format {left[0]} both go to standard output; write {left[0]} to a "
+            "file with -o"
         )
     if not formats:
         return "table", written
@@ -198,30 +202,31 @@ _Numbers = list[float | None] | None
 
 
 def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _Numbers]:
-    """Result files, their step sizes, tolerances and processor times."""
+    """Return the result files, and their step sizes [s], tolerances and processor times [s]."""
     if lists := _lists(args.file):
         from heyoka_bike.scoring.series import read_runs
 
         if len(args.file) > 1:
             raise InputError(
-                f"found {len(args.file)} files, expected a list of runs ({lists[0]}) alone"
+                f"found {len(args.file)} files, expected only the list of runs ({lists[0]})"
             )
         if any(x is not None for x in (args.step, args.tolerance, args.cpu)):
             raise InputError(
-                "--step, --tolerance, --cpu: expected in the list of runs, not beside it"
+                "--step, --tolerance and --cpu cannot be combined with a list of runs; write the "
+                "values into the list"
             )
         files, told = read_runs(lists[0])
         steps, tolerances, cpu = (x if any(x) else None for x in told.values())
         return [*map(str, files)], steps, tolerances, cpu
     if args.file.count(STANDARD_INPUT) > 1:
-        raise InputError("found - more than once, expected standard input once")
+        raise InputError("found - (standard input) more than once, expected it once")
     steps = None if args.step == _ROWS_OPTION else _numbers("--step", args.step)
     tolerances = _numbers("--tolerance", args.tolerance)
     return args.file, steps, tolerances, _numbers("--cpu", args.cpu)
 
 
 def _lists(files: Sequence[str]) -> list[str]:
-    """Lists of runs among the files."""
+    """Return those files that are lists of runs."""
     return [f for f in files if f.lower().endswith(".toml")]
 
 

@@ -1,13 +1,14 @@
-"""See whether this installation works: packages, reference, score, a run.
+"""Check whether this installation works: packages, reference, score, a run.
 
-Say which packages are there, whether the reference that came with the package is whole, score its
-text (it must be as good as its digits allow), and integrate maneuver 1 in binary64 and binary128
-with the digits reached. What is not installed is left out and said. Takes a few seconds.
+List the installed packages, check that the reference dataset of the package is complete, score its
+text file (whose errors must be within its rounding), and integrate maneuver 1 in binary64 and
+binary128 to count the digits reached. Checks that need a missing package are skipped and listed as
+such. Takes a few seconds.
 
 example: heyoka-bike selfcheck --format json > selfcheck.json
 
-exit codes: 0 what is installed works; 3 a check failed, with a line for each on
-standard error.
+exit codes: 0 everything that is installed works; 3 a check failed, with one line for each
+on standard error.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Start a page in the browser to drop result files on.
+"""Start a local web page that scores the result files dropped on it.
 
-Start a web page on this machine: drop result files on it, or paste rows, and see the report, why it
-differs, the replay, several programs side by side. Programs send files to /score; /api says how.
-Each file is scored in a process of its own, with limits of time and memory. Nothing is sent
-anywhere. Needs heyoka_bike[serve].
+Start a web server on this machine. Drop result files on its page, or paste rows, to see the report,
+the diagnosis and the replay, or several programs side by side. Programs send files to /score, which
+the page /api describes. Each file is scored in its own process, with limits of time and memory. The
+server sends nothing to other machines. Needs heyoka_bike[serve].
 
 examples:
   heyoka-bike serve
@@ -36,19 +36,19 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__)
     said = {
         "--host ADDRESS 127.0.0.1": "address to listen on (default 127.0.0.1: this machine only)",
-        "--port N": "port (default 8000; 0: a free one)",
-        "--name HOST...": "name by which browsers ask for it, where it is not this machine's; may "
-        "be repeated",
-        "--root-path PATH": "path below which another server hosts it, such as /bicycle; that may "
-        "take the path away from requests or leave it",
-        "--open": "open it in the browser",
-        "--max-size MB": "of one request (default 100)",
-        "--keep MINUTES": "how long a result is kept (default 1440, a day)",
-        "--workers N": "files at once (default: one for each processor)",
-        "--queue N": "files that wait; more are answered 'busy' (default 100)",
-        "--memory MB": "for one file (default 2000)",
+        "--port N": "port (default 8000; 0: any free port)",
+        "--name HOST...": "host name that browsers use for this server, if it is not the name of "
+        "this machine; may be repeated",
+        "--root-path PATH": "path at which a reverse proxy publishes the server, such as /bicycle; "
+        "the proxy may strip the path from requests or keep it",
+        "--open": "open the page in the browser",
+        "--max-size MB": "largest size of a request [MB] (default 100)",
+        "--keep MINUTES": "time for which a result is stored [minutes] (default 1440, a day)",
+        "--workers N": "files scored at the same time (default: one for each processor)",
+        "--queue N": "files that may wait; further ones are answered 'busy' (default 100)",
+        "--memory MB": "memory limit for one file [MB] (default 2000)",
         "--no-diagnose": "do not offer the diagnosis",
-        "--leaderboard DIR": "folder of submissions to show, see 'leaderboard'",
+        "--leaderboard DIR": "folder of submissions to rank on the page, see 'leaderboard'",
     }
     options.add_arguments(
         p, said, port={"type": int, "default": 8000}, root_path={"default": ""},
@@ -70,12 +70,11 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--port: found {args.port}, expected 0 to {_LARGEST_PORT}")
     root = args.root_path.rstrip("/")
     if not re.fullmatch(r"(/[\w.~-]+)*", root, re.ASCII):
-        raise InputError(f"--root-path: found {quoted(root)}, expected one such as /bicycle")
+        raise InputError(f"--root-path: found {quoted(root)}, expected a path such as /bicycle")
     names = [*args.name, *(_LOCAL if args.host in _LOCAL else ())]
     if not names:
         raise InputError(
-            f"--host: found {args.host}, expected --name too, by which browsers ask for it ('*' "
-            "for any)"
+            f"--host {args.host} needs --name: the host name that browsers use ('*' accepts any)"
         )
     with suppress(KeyboardInterrupt):
         serve(args.host, args.port, names, limits, _board(args), args.open, root)

@@ -1,10 +1,10 @@
 r"""Pack a result for the benchmark's collection.
 
-Write what the IFToMM library asks for as one .zip: the text file of 25 columns in binary64 as they
-were read, the two numbers of its form (eq. (1) of maneuver 2, and the processor time as you give
-it), and beside them what it does not ask for: the correct digits of every maneuver and the report.
-Nothing is sent. The result is read as by 'score', and holds all three maneuvers at the same times,
-in SI units.
+Write the files that the IFToMM library requires into one .zip: the text file of 25 columns in
+binary64 as they were read, and the two numbers of its form (eq. (1) of maneuver 2, and the
+processor time that you give). The archive also contains the correct digits of every maneuver and
+the report. Nothing is sent. The file is read as by 'score'. It must contain all three maneuvers at
+the same times, in SI units.
 
 example: heyoka-bike submit my-results.txt --program 'Mine 1.0, RK4, h = 0.001' --cpu 0.8 \
   --machine 'AMD EPYC 7763, 1 core'
@@ -37,10 +37,10 @@ _FORM_OF_SUBMISSION = Template(
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__, {"FILE": "result file"})
-    p.add_argument("--program", required=True, help="name, version, method and step, in a line")
+    p.add_argument("--program", required=True, help="name, version, method and step, in one line")
     p.add_argument("--cpu", metavar="S", required=True, help="processor time of the run [s]")
-    p.add_argument("--machine", required=True, help="processor, compiler and options, in a line")
-    output = {"-o --output ZIP submission.zip": "the archive (default: submission.zip)"}
+    p.add_argument("--machine", required=True, help="processor, compiler and options, in one line")
+    output = {"-o --output ZIP submission.zip": "archive to write (default: submission.zip)"}
     options.add_arguments(p, options.COLUMNS | output)
 
 
@@ -102,10 +102,10 @@ def _text(results: Results, report: Report, numbers: Sequence[int]) -> str:
     for number, rows in zip(sorted(by_number), parts, strict=True):
         missing = [key for key in BENCHMARK_COLUMNS if key not in rows.values]
         if missing:
-            said = f"maneuver {number}: found no {missing[0].replace('_', ' ')}, expected it"
+            said = f"maneuver {number}: the column {missing[0].replace('_', ' ')} is missing"
             raise InputError(said, file=results.path)
         if not np.array_equal(rows.time, parts[0].time):
-            said = f"maneuver {number}: found other times than in maneuver 1, expected the same"
+            said = f"maneuver {number}: the times differ from those of maneuver 1"
             raise InputError(said, file=results.path)
         for key, column in report[number].items():
             if column.as_understood.unit != column.unit:
@@ -117,7 +117,7 @@ def _text(results: Results, report: Report, numbers: Sequence[int]) -> str:
 
 
 def _said(report: Report, number: int, given: Mapping[str, str], cpu: float) -> str:
-    """Return the text of the form: eq. (1) of maneuver `number`, and the true digits of all."""
+    """Return the text of the form: eq. (1) of maneuver `number`, and the digits of all."""
     measured = report[number]
     digits = (
         f"maneuver {number}: "

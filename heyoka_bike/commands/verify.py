@@ -1,20 +1,22 @@
-"""Check every file and every number of a reference folder, in seconds.
+"""Check every file and every number of a dataset, in seconds.
 
-Check a reference folder: sizes and hashes of its files, how they are built, that every number
-agrees with every other form of it (hi + lo, bound, 17 and 50 digits, dense output, candidate,
-certificate), and that every row obeys the model (energy, contact, equations of motion), each within
-the certified bounds. Any damaged byte is found and the file named. Needs no heyoka and some
-seconds; 'certify' proves the bounds themselves. With --rerun the motion is integrated again, at the
-precision of the set and 20 digits more, and the digits that agree are counted; this needs heyoka
-and a minute, with --quick some 15 s.
+Check the folder of a dataset: the sizes and hashes of its files, their structure, that all forms of
+a number agree (hi + lo, bound, 17 and 50 digits, dense output, candidate, certificate), and that
+every row obeys the model (energy, contact, equations of motion), each within the certified bounds.
+Any damaged byte is found, and the report names its file. The check takes a few seconds and does not
+need heyoka. It takes the bounds as given; 'certify' proves them.
+
+With --rerun the motion is also integrated again, at the precision of the dataset and with 20 more
+digits, and the agreeing digits are counted. This needs heyoka and takes a minute, or about 15 s
+with --quick.
 
 examples:
   heyoka-bike verify
   heyoka-bike verify my-reference --format json
   heyoka-bike verify --rerun --quick
 
-exit codes: 0 all is well; 1 the folder cannot be read; 3 a check failed, a missing
-manifest among them, with a line for each on standard error. See docs/verify.md.
+exit codes: 0 every check passed; 1 the folder cannot be read; 3 a check failed (a missing
+manifest too), with one line for each on standard error. See docs/verify.md.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ from heyoka_bike.system.console import patience, progress_bars
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
-_MOST_SHOWN = 5  # files that are not of the set
+_MAX_OTHER_FILES = 5  # Names of files outside the dataset that the warning lists.
 _SHARES_OF_VERIFY = {"integrate": 0.9, "compare": 0.1}
 
 
@@ -38,8 +40,8 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
         **options.FOLDER,
-        "--rerun": "integrate again and count the digits that agree",
-        "--quick": "with --rerun: at binary128 and 40 digits only",
+        "--rerun": "also integrate the motion again and count the agreeing digits",
+        "--quick": "with --rerun: integrate in binary128 and with 40 digits only",
     }
     p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("table", "json"))
@@ -49,7 +51,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.quick and not args.rerun:
-        raise InputError("--quick: found alone, expected with --rerun")
+        raise InputError("--quick needs --rerun")
     if args.dir is not None and not args.dir.strip():
         raise InputError("DIR: found nothing, expected a folder")
     if args.rerun:
@@ -84,19 +86,20 @@ def _show(found: Verification) -> None:
     extra = (c for c in found.checks if c.check == "other_files")
     others = [printable(name) for c in extra for name in c.evidence["files"]]
     if others:
-        shown = ", ".join([*others[:_MOST_SHOWN], *(["..."] if others[_MOST_SHOWN:] else [])])
-        print(f"{found.folder}: WARNING: not part of the set, and not looked at: {shown}")
+        more = ["..."] if len(others) > _MAX_OTHER_FILES else []
+        shown = ", ".join([*others[:_MAX_OTHER_FILES], *more])
+        print(f"{found.folder}: WARNING: not part of the dataset and not checked: {shown}")
     print(f"{found.folder}: {told}")
 
 
 def _show_digits(agreements: Sequence[Agreement]) -> None:
-    """Digits by column: with the published numbers, and with the candidate."""
+    """Print the agreeing digits by column: with the published numbers and with the candidate."""
     columns = agreements[0].published
     rows = [
         [name, *(f"{a.published[name]:.1f} / {a.candidate[name]:.1f}" for a in agreements)]
         for name in columns
     ]
-    rows.append(["promised, at least", *(f"{min(a.promised.values()):.1f}" for a in agreements)])
+    rows.append(["expected, at least", *(f"{min(a.promised.values()):.1f}" for a in agreements)])
     rows.append(["time [s]", *(f"{a.seconds:.1f}" for a in agreements)])
     headings = ["column", *(f"{a.maneuver}\n{a.precision}" for a in agreements)]
     title = "agreeing digits: with the published numbers / with the candidate"

@@ -133,7 +133,7 @@ def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
                     yield from _columns(f[group], declared, maneuver, e, name)
         is_hashed = name in (layout.MOTION, layout.SENSITIVITIES) and not e.has_proof
         if is_hashed and said != layout.content_sha256(f):
-            yield "attribute content_sha256: is not that of the numbers"
+            yield "attribute content_sha256: is not the hash of the numbers"
 
 
 def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
@@ -220,7 +220,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         if name not in found:
             yield f"{group.name}: has no {name}"
     for name in sorted(found - set(expected)):
-        yield f"{group.name}: has {name!r:.60}, which is not part of a set"
+        yield f"{group.name}: has {name!r:.60}, which is not part of a dataset"
 
 
 def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
@@ -299,7 +299,7 @@ def problems_of_candidate(group: Any, maneuver: Maneuver) -> Iterator[str]:
         yield f"{group.name}: attribute states: found other variables than those of {form}"
     grid, bits = int(said["grid"]), int(said["precision_bits"])
     if Precision.of(str(said["precision"]).split()[0]).bits != bits:
-        yield f"{group.name}: {said['precision']!r:.80} do not have {bits} bits"
+        yield f"{group.name}: {said['precision']!r:.80} does not have {bits} bits"
     if not bits <= grid <= 2 * bits:
         yield f"{group.name}: attribute grid: found {grid}, expected {bits} to {2 * bits}"
     width = group["coefficients"].shape[-1]

@@ -180,13 +180,13 @@ def _look_through(f: h5py.File, most: int) -> None:
             elif isinstance(item, h5py.h5d.DatasetID):
                 reason = why_unsafe(item, most, _FILTERS_OF_SETS)
                 if not reason and item.get_type().get_class() not in _NUMBERS:
-                    reason = "does not hold numbers, as everything in a set does"
+                    reason = "does not contain numbers, expected only numbers in a dataset"
                 if reason:
                     raise DatasetError(f"{where} {reason}")
                 most -= bytes_of(item)
                 refuse_many_texts(item, inside + name + b"/")
             else:
-                raise DatasetError(f"{where} is a named type, which is not part of a set")
+                raise DatasetError(f"{where} is a named type, which is not part of a dataset")
             if count > _MOST_OBJECTS:
                 raise DatasetError(f"found more than {_MOST_OBJECTS} groups and datasets")
 
@@ -244,7 +244,7 @@ def why_unsafe(
     made = dataset.get_create_plist()
     layout = made.get_layout()
     if layout == h5py.h5d.VIRTUAL or made.get_external_count():
-        return "is kept in another file, expected numbers stored in this one"
+        return "is stored in another file, expected numbers stored in this one"
     if (size := bytes_of(dataset)) > most:
         return f"unpacks to {size} bytes, expected at most {most}"
     if layout != h5py.h5d.CHUNKED:
@@ -256,12 +256,12 @@ def why_unsafe(
     used = [made.get_filter(i) for i in range(made.get_nfilters())]
     codes = [code for code, *_ in used]
     if filters is not None and (others := sorted({*codes} - {*filters})):
-        return f"is packed by filter {others[0]} of HDF5, expected gzip"
+        return f"is compressed by filter {others[0]} of HDF5, expected gzip"
     if len({*codes}) < len(codes):
-        return "is packed twice by one filter"
+        return "is compressed twice by the same filter"
     # These filters read the unpacked size from their own parameters.
     if any(code in _SIZED and values[2] != entries for code, _, values, _ in used):
-        return "is packed with the size of another chunk"
+        return "is compressed with the size of another chunk"
     if _unpacks_to_more(dataset, codes, max(chunk, _USUAL_CHUNK)):
         return f"has a chunk that unpacks to more than its {chunk} bytes"
     return ""

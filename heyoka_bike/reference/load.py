@@ -55,7 +55,7 @@ def as_double(t: Time | object) -> Double:
         if hi.shape != lo.shape or not (np.abs(lo) <= np.spacing(np.abs(hi))).all():
             raise InputError(
                 f"time: found the pair {t!r:.60}, expected (hi, lo) of one shape with lo below the "
-                "last digit of hi; times of their own go in a list or an array"
+                "last digit of hi; put two separate times into a list"
             )
         return two_sum(hi, lo)
     try:
@@ -228,7 +228,9 @@ class ReferenceManeuver(Displayed):
             if name not in self.at_any_time | self.rows.hi.keys():
                 raise InputError(unknown_word(name, self.columns, "column "))
             if name not in self.at_any_time:
-                raise InputError(f"{name}: this set has it at the rows only: maneuver[{name!r}]")
+                raise InputError(
+                    f"{name}: this dataset has it at the rows only: maneuver[{name!r}]"
+                )
         hi, lo = as_double(t)
         times: Double = (hi.ravel(), lo.ravel())
         self._check_range(times)
@@ -437,8 +439,8 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
             if not np.array_equal(time, shared):
                 raise InputError(
                     f"times: found {len(shared)} rows to {shared[-1]:g} s in maneuver 1 and "
-                    f"{len(time)} to {time[-1]:g} s in maneuver {number}, expected the same times "
-                    "in all; each maneuver has its own, reference[1].time"
+                    f"{len(time)} to {time[-1]:g} s in maneuver {number}, expected equal times; "
+                    "use the times of each maneuver, reference[1].time"
                 )
         return shared
 
@@ -471,8 +473,8 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
         return folder
     if folder is not None and not isinstance(folder, str | PathLike):
         raise InputError(
-            f"reference: found a {type(folder).__name__}, expected the folder of a set, or what "
-            "load_reference gives"
+            f"reference: found a {type(folder).__name__}, expected the folder of a dataset or a "
+            "loaded Reference"
         )
     where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     key = (where, manifest.sha256)

@@ -267,8 +267,8 @@ def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: OnSta
         )  # fmt: skip
     except SingularMotionError as e:
         raise SingularMotionError(
-            f"{maneuver.name}: {e}; its duration is {float(maneuver.duration):g} s, nothing "
-            "was written, expected a shorter duration",
+            f"{maneuver.name}: {e}, before its duration of {float(maneuver.duration):g} s; nothing "
+            "was written; choose a shorter duration",
             e.time,
         ) from None
 
@@ -280,7 +280,7 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
         if end.said is not None:
             early = "stopped early: " if end.is_early else ""
             yield (
-                f"{early}{m.name}: {end.said}; what is written ends at "
+                f"{early}{m.name}: {end.said}; the dataset ends at "
                 f"{float(end.maneuver.duration):g} s"
             )
 
@@ -324,8 +324,8 @@ class _SetInMaking:
         long = f"{seconds / 60:.0f} min" if seconds >= _LONG else f"{seconds:.0f} s"
         counted = "1 piece" if pieces == 1 else f"{pieces} pieces"
         return (
-            f"{self.folder}: {counted} of motion, about {long} of processor time in all if the "
-            "rest goes as fast as integrating them, longer if processors are shared from now on"
+            f"{self.folder}: {counted} of motion, about {long} of processor time in all, estimated "
+            "from the integration; it takes longer if processes share a processor"
         )
 
     def begin(self) -> list[Job]:
@@ -484,11 +484,11 @@ def check_overwrite(
         raise InputError(f"{e}; use --force to replace it") from None
     if present.dataset_version != dataset_version:
         raise InputError(
-            f"{folder}: holds dataset version {present.dataset_version}, this run makes "
+            f"{folder}: contains dataset version {present.dataset_version}, but this run makes "
             f"{dataset_version}; use --force to replace it, or another --out"
         )
     if present.inputs != inputs:
         raise InputError(
-            f"{folder}: holds a set of another bicycle or other maneuvers; "
+            f"{folder}: contains a dataset of another bicycle or other maneuvers; "
             "use --force to replace it, or another --out"
         )

@@ -222,9 +222,9 @@ def problem_of_form(raw: bytes) -> str:
     if list(document) != expected:
         return f"found the entries {', '.join(document):.200}; expected {', '.join(expected)}"
     if raw != as_json(document):
-        return "is not written the way 'heyoka-bike generate' writes it"
+        return "the form is not that of 'heyoka-bike generate'"
     if sorted(set(names)) != names:
-        return "its files are not in order, each once"
+        return "the files are not in alphabetical order, each listed once"
     return ""
 
 
@@ -239,8 +239,8 @@ def check_published(folder: str | Path) -> Manifest:
     manifest = read_manifest(folder)
     if manifest.sha256 != PUBLISHED_MANIFEST_SHA256:
         raise DatasetError(
-            f"{folder}: its manifest is not that of the published set {PUBLISHED_VERSION}; "
-            "name the folder to use a set of your own"
+            f"{folder}: the manifest is not that of the published dataset {PUBLISHED_VERSION}; "
+            "to use your own dataset, name its folder"
         )
     return manifest
 

@@ -107,7 +107,7 @@ class ClusterExecutor(Executor):
             future.set_exception(error)
 
     def check(self) -> None:
-        """Refuse workers of other versions; workers that join later refuse their jobs."""
+        """Reject workers with other versions; workers that join later reject their jobs."""
         try:
             found = self.client.run(versions, on_error="return")
             threads = self.client.nthreads()
@@ -119,7 +119,7 @@ class ClusterExecutor(Executor):
                     f"{worker}: found no heyoka_bike, expected {versions()['heyoka_bike']}"
                 )
             if isinstance(there, BaseException):
-                raise VersionsDifferError(f"{worker}: cannot tell its versions: {there}")
+                raise VersionsDifferError(f"{worker}: its versions cannot be read: {there}")
             check_versions(versions(), there, worker)
         if not found:
             complain(f"no worker at {self.address} yet: waiting for one")
@@ -143,8 +143,8 @@ def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> 
     for name, expected in here.items():
         if (found := there.get(name, "none")) != expected:
             raise VersionsDifferError(
-                f"worker {worker}: found {name} {found}, expected {expected} as here: results "
-                "might differ"
+                f"worker {worker}: found {name} {found}, expected {expected} as in this process; "
+                "results might differ"
             )
 
 

@@ -72,7 +72,7 @@ class Job:
 
     @property
     def words(self) -> str:
-        """The job in words."""
+        """Description of the job for messages."""
         name = self.work.__name__.lstrip("_").replace("_", " ")
         return f"{name} of {self.name}" if self.name else name
 

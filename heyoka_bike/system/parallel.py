@@ -239,7 +239,7 @@ class _Schedule:
             self.waiting.remove(job)
             failed = (self.outcomes[x] for x in needed if self.outcomes[x].error is not None)
             if (found := next(failed, None)) is not None:
-                _log.info("%s: cannot be, as a job that it needs has failed", job.words)
+                _log.info("%s: not started, because a job that it needs has failed", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
                 # An executor that runs calls at once has ended this job before the next one starts.
@@ -249,7 +249,7 @@ class _Schedule:
         arguments = tuple(
             self.outcomes[x].value if isinstance(x, Job) else x for x in job.arguments
         )
-        _log.info("%s: begins", job.words)
+        _log.info("%s: started", job.words)
         token = reporting.set(partial(self.report, job))
         try:
             future = executor.submit(run_job, job.work, arguments)
@@ -278,8 +278,8 @@ class _Schedule:
             outcome = future.result()
         except BrokenExecutor:
             said = (
-                f"{job.words}: its process ended every time, out of memory, from outside, or "
-                'as it read a script that begins this outside of: if __name__ == "__main__"'
+                f"{job.words}: its process ended every time: it ran out of memory, was killed, or "
+                'the script lacks the guard if __name__ == "__main__"'
             )
             outcome = Outcome(None, error=WorkerLostError(said))
         except WorkerLostError:

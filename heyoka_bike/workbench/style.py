@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 
 WIDTH = 7.0
-"""Of a figure [inch]: a printed page of text."""
+"""Width of a figure [inch]: that of the text on a printed page."""
 
 # Okabe and Ito's palette, https://jfly.uni-koeln.de/color/.
 BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
@@ -32,7 +32,7 @@ LINES: tuple[Mapping[str, Any], ...] = (
     {"color": ORANGE, "linestyle": (0, (3, 1, 1, 1, 1, 1))},
     {"color": PURPLE, "linestyle": (0, (10, 2.5))},
 )
-"""Looks of lines that share a panel: dashes tell them apart without colour."""
+"""Styles of lines in one panel. The dashes distinguish them without colour."""
 
 _STYLE = {
     "axes.grid": True,
@@ -54,7 +54,7 @@ _STYLE = {
     "ytick.labelsize": 8,
 }
 _DPI = 200
-# No date and no version: the same set gives the same file.
+# Omit date and version, so that the same dataset gives the same file.
 _METADATA: Mapping[str, Mapping[str, None]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
@@ -63,7 +63,7 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 
 
 def style() -> Any:
-    """Context of the project's style on top of matplotlib's own, whatever the user's is.
+    """Return a context with the project's style, independent of the user's settings.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def style() -> Any:
 
 @contextmanager
 def drawing(height: float) -> Iterator[Figure]:
-    """A new figure of this height [inch], drawn on in the project's style; see `style`."""
+    """Provide a new figure of this height [inch], for drawing in the project's `style`."""
     with style():
         from matplotlib.figure import Figure
 
@@ -84,12 +84,12 @@ def drawing(height: float) -> Iterator[Figure]:
 
 
 def render(figure: Figure, file_format: str) -> bytes:
-    """Bytes of a figure as a file: ``png``, ``svg`` or ``pdf``.
+    """Return the bytes of a figure as ``png``, ``svg`` or ``pdf``.
 
     Raises
     ------
     InputError
-        Another format.
+        The format is none of these.
     """
     if file_format not in FORMATS:
         raise InputError(f"found format '{file_format}', expected {', '.join(FORMATS)}")
@@ -103,7 +103,7 @@ def render(figure: Figure, file_format: str) -> bytes:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure to a file, in the format of its suffix; folders on the way are made.
+    """Write a figure to a file, in the format of its suffix; missing folders are created.
 
     Raises
     ------

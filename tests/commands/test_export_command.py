@@ -123,7 +123,7 @@ def test_what_engines_refuse_is_said(tmp_path, capsys):
     assert "inertia matrix of B is only semidefinite: most engines refuse this" in err
     assert "R has no mass: most engines refuse this or change it\n" in err
     assert err.endswith(
-        "--nearest-valid-inertia writes the nearest bicycle that every engine loads\n"
+        "use --nearest-valid-inertia to write the nearest bicycle that every engine loads\n"
     )
     assert run("--model", "mjcf", "-o", tmp_path, capsys=capsys)[2] == ""
 
@@ -197,7 +197,7 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--format", "c", "--columns", "roll"], "found 'roll', expected all or some of roll_an"),
         (["--format", "c", "--columns", ""], "found '', expected all or some of roll_angle"),
         (["--format", "c", "--columns", "yaw,"], "found '', expected all or some of roll_angle"),
-        (["--format", "c", "--digits", "32"], "--digits: expected with --format csv only"),
+        (["--format", "c", "--digits", "32"], "--digits needs --format csv"),
         (["--format", "csv", "--digits", "20"], "--digits: found 20, expected 17 or 32"),
         (["--format", "c", "-o", "x.cpp"], "found 'x.cpp', expected a file ending in .c or .h"),
         (["--format", "json", "-o", "x.txt"], "found 'x.txt', expected a file ending in .json"),
@@ -214,13 +214,16 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--format", "csv", "-o", "x" * 300 + ".csv"], "cannot be written: File name too long"),
         (["--format", "csv", "--reference", "there"], "no manifest.json found, expected a folder"),
         (["--format", "c", "--equations", "c"], "--equations: not allowed with argument --format"),
-        (["--format", "c", "--bicycle", "pista"], "--bicycle: does not go with --format"),
-        (["--equations", "c", "--digits", "32"], "--digits: does not go with --equations"),
-        (["--equations", "c", "--reference", "x"], "--reference: does not go with --equations"),
-        (["--checker", "--digits", "17"], "--digits: does not go with --checker"),
+        (["--format", "c", "--bicycle", "pista"], "--bicycle cannot be combined with --format"),
+        (["--equations", "c", "--digits", "32"], "--digits cannot be combined with --equations"),
+        (
+            ["--equations", "c", "--reference", "x"],
+            "--reference cannot be combined with --equations",
+        ),
+        (["--checker", "--digits", "17"], "--digits cannot be combined with --checker"),
         (["--checker", "--page"], "--page: not allowed with argument --checker"),
         (["--checker", "-o", "x.c"], "found 'x.c', expected a file ending in .h, or a folder"),
-        (["--page", "--reference", "x"], "--reference: does not go with --page"),
+        (["--page", "--reference", "x"], "--reference cannot be combined with --page"),
         (["--page", "-o", "x.txt"], "found 'x.txt', expected a file ending in .html"),
         (["--equations", "cpp"], "'cpp', expected one of c, fortran, matlab, julia, python, rust"),
         (["--equations", "rust", "-o", "x.c"], "found 'x.c', expected a file ending in .rs"),

@@ -105,8 +105,8 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
         (["--digits", "x"], "invalid int value"),
         (["--bicycle", "/nowhere/b.toml"], "/nowhere/b.toml"),
         (["--nonsense"], "unrecognized arguments"),
-        (["--after-ten-seconds", "--digits", "80"], "--digits: found it beside"),
-        (["--after-ten-seconds", "--until", "fall"], "--until: found it beside"),
+        (["--after-ten-seconds", "--digits", "80"], "--digits cannot be combined"),
+        (["--after-ten-seconds", "--until", "fall"], "--until cannot be combined"),
         (["--after-ten-seconds", "--out", " "], "--out: found nothing"),
     ],
 )

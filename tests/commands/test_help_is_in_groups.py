@@ -48,8 +48,8 @@ def test_an_example_is_a_command_of_its_group(group, shown):
 
 def test_a_group_without_commands_here_is_left_out():
     said = parser(["score"]).format_help()
-    assert "  judging, for example:" in said
-    assert "  looking, for example:" not in said
+    assert "  checking results, for example:" in said
+    assert "  pictures, for example:" not in said
 
 
 @pytest.mark.parametrize("text", [DESCRIPTION, WELCOME], ids=["jobs", "welcome"])

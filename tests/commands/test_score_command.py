@@ -223,19 +223,19 @@ def test_standard_input_is_read(tmp_path):
         ([FINE, "--require", "accuracy > 1"], 1, "expected one of scd"),
         ([FINE, "--maneuver", "4"], 1, "expected 1 to 3"),
         ([FINE, "--maneuver", "1,2"], 1, "found 2 for 1 files"),
-        ([FINE, "--maneuver", "2"], 1, "holds maneuver 1, 2, 3"),
+        ([FINE, "--maneuver", "2"], 1, "contains maneuver 1, 2, 3"),
         ([FINE, "--step", "0"], 1, "expected more than zero"),
         ([FINE, "--step", "fast"], 1, "--step: found"),
         ([FINE, "--step", "0.1,0.2"], 1, "step: found 2, expected 1"),
         ([FINE, "--reference", "nowhere"], 1, "expected a folder written by"),
-        ([FINE, "--summary", "--format", "json"], 1, "--summary: found json"),
+        ([FINE, "--summary", "--format", "json"], 1, "--summary and --format json"),
         ([FINE, COARSE, "--name", "A"], 1, "name: found 1, expected 2"),
         ([FINE, COARSE, "--name", "A,"], 1, "name: found an empty name in 'A,'"),
         ([FINE, COARSE, "--name", "A,A"], 1, "found maneuver 1 twice"),
         ([FINE, COARSE, "--name", "A,B", "--step", "1,2"], 1, "name: found with runs of one"),
-        (["-", "-"], 1, "standard input once"),
-        ([str(PEERS / "exudyn.toml"), FINE], 1, "a list of runs"),
-        ([str(PEERS / "exudyn.toml"), "--step", "1"], 1, "in the list of runs"),
+        (["-", "-"], 1, "standard input) more than once"),
+        ([str(PEERS / "exudyn.toml"), FINE], 1, "only the list of runs"),
+        ([str(PEERS / "exudyn.toml"), "--step", "1"], 1, "into the list"),
         ([str(PEERS / "README.md")], 1, "README.md"),
         ([], 1, "FILE"),
     ],
@@ -355,4 +355,4 @@ def test_a_pipe_that_stays_silent_is_told_about(capsys, tmp_path, monkeypatch):
     code, _, err = run(str(pipe), "--summary", capsys=capsys)
     writer.join()
     assert code == 0
-    assert err == f"heyoka-bike: still reading {pipe}: waiting for the end of it\n"
+    assert err == f"heyoka-bike: still reading {pipe}, waiting for its end\n"

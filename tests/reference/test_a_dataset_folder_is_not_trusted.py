@@ -135,7 +135,7 @@ def test_coefficients_kept_elsewhere_are_refused(copy, capsys):
         code, lines = run(capsys, *words, copy)
         assert code in (1, 3)
         assert "candidate.h5: " in lines[0]
-        assert "/maneuver_1/coefficients is kept in another file" in lines[0]
+        assert "/maneuver_1/coefficients is stored in another file" in lines[0]
 
 
 def entry(name, **changes):
@@ -284,7 +284,7 @@ def test_a_doubled_entry_of_the_manifest_is_not_certified(copy, capsys):
     manifest(copy, files=[first | {"sha256": "0" * 64}, *document["files"]])
     code, (line,) = run(capsys, "certify", copy, "--workers", "1")
     assert code == 3
-    assert line.endswith(f"{MANIFEST}: its files are not in order, each once")
+    assert line.endswith(f"{MANIFEST}: the files are not in alphabetical order, each listed once")
     raw = (copy / MANIFEST).read_text()
     (copy / MANIFEST).write_text(raw.replace('"dataset_version"', '"files": [], "dataset_version"'))
     assert run(capsys, "certify", copy, "--workers", "1")[0] == 3

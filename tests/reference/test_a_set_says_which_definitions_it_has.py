@@ -79,7 +79,7 @@ def test_a_column_that_an_older_set_has_at_its_rows_only(kind):
     reference = load_reference(kind("1.2.0"))
     m = reference.motion[1]
     assert np.isfinite(m.rows["rear_hub_x"]).all()
-    with pytest.raises(InputError, match="rear_hub_x: this set has it at the rows only"):
+    with pytest.raises(InputError, match="rear_hub_x: this dataset has it at the rows only"):
         m.evaluate("0.01", "rear_hub_x")
     assert set(m.evaluate("0.01")) == m.at_any_time
     # The friction demand follows from forces, which have dense segments.
@@ -131,12 +131,12 @@ UNCHECKED = {
         "sensitivities.h5": "attributes of version 1.5.0, columns that it lacks (16), bounds and "
         "rows of derivatives",
         "candidate.h5": "attributes of version 1.5.0",
-        "certificate.json": "what it says in words",
+        "certificate.json": "its sentences",
     },
     "1.3.0": {
         **dict.fromkeys((HDF5, "motion.h5", "candidate.h5"), "attributes of version 1.5.0"),
         "sensitivities.h5": "attributes of version 1.5.0, bounds and rows of derivatives",
-        "certificate.json": "what it says in words",
+        "certificate.json": "its sentences",
     },
     "1.4.0": dict.fromkeys(
         (HDF5, "motion.h5", "sensitivities.h5", "candidate.h5"), "attributes of version 1.5.0"
@@ -151,7 +151,8 @@ def test_an_older_set_is_verified_as_far_as_it_goes_and_the_rest_is_said(kind, v
     checks = verify(kind(version)).checks
     assert {c.message for c in checks if not c.passed} == set()
     says = {c.file: c.message for c in checks if c.check == "schema"}
-    unchecked = {name: x.partition("not checked, as it is older: ")[2] for name, x in says.items()}
+    marked = "not checked in this older dataset: "
+    unchecked = {name: x.partition(marked)[2] for name, x in says.items()}
     assert {name: x for name, x in unchecked.items() if x} == UNCHECKED[version]
     counted = {(c.check, c.file): c.evidence["values"] for c in checks}
     count = 22 if version < "1.3.0" else len(COLUMNS)

@@ -136,7 +136,9 @@ def test_an_energy_that_does_not_meet_its_constant_is_refused(run):
     assert len(enclose_rows(at, {}, constant)) == run.maneuver.rows
     with at.balls.precision():
         off = {name: exact_ball(x) + flint.arb("1e-24") for name, x in constant.items()}
-    with pytest.raises(NotCertifiedError, match=r"mechanical_energy, row 0: is .* by its being"):
+    with pytest.raises(
+        NotCertifiedError, match=r"mechanical_energy, row 0: .* but the constant value is"
+    ):
         enclose_rows(at, {}, off)
 
 

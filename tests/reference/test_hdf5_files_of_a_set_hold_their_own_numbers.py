@@ -132,14 +132,14 @@ def made(change, other):
     ("change", "reason"),
     [
         (external_link, "is a link"), (soft_link, "is a link"), (loop, "is another object"),
-        (virtual, "is kept in another file"), (virtual_of_itself, "is kept in another file"),
-        (external_storage, "is kept in another file"), (huge, "unpacks to 8796093022208 bytes"),
+        (virtual, "is stored in another file"), (virtual_of_itself, "is stored in another file"),
+        (external_storage, "is stored in another file"), (huge, "unpacks to 8796093022208 bytes"),
         (huge_together, "unpacks to"), (zeros, "unpacks to 80000000 bytes"),
         (huge_chunk, "has a chunk of 1073741824 bytes"),
         (longer_chunk, "has a chunk that unpacks to more"),
         (longer_chunk_shuffled, "has a chunk that unpacks to more"),
-        (packed_twice, "is packed twice"), (other_filter, "is packed by filter 32000"),
-        (texts, "does not hold numbers"), (references, "does not hold numbers"),
+        (packed_twice, "is compressed twice"), (other_filter, "is compressed by filter 32000"),
+        (texts, "does not contain numbers"), (references, "does not contain numbers"),
         (many_texts, "has many texts"), (named_type, "is a named type"),
     ],
 )  # fmt: skip

@@ -91,5 +91,5 @@ def test_the_command_reports_each_change(tmp_path, capsys):
 def test_the_option_belongs_to_models(tmp_path, capsys):
     code = main(["export", "--equations", "c", "--nearest-valid-inertia", "-o", str(tmp_path)])
     assert code == 1
-    said = "heyoka-bike: --nearest-valid-inertia: does not go with --equations\n"
+    said = "heyoka-bike: --nearest-valid-inertia cannot be combined with --equations\n"
     assert capsys.readouterr().err == said

@@ -118,7 +118,7 @@ def test_what_is_beside_the_published_set_is_looked_at(copy):
     *_, checks = check_files(copy)
     (missing,) = [c for c in checks if c.passed is False]
     assert (missing.file, missing.message) == (f"{AFTER}/candidate.h5", "is missing")
-    assert "not part of the set: 'after-ten-seconds/more.txt'" in checks[-1].message
+    assert "not part of the dataset: 'after-ten-seconds/more.txt'" in checks[-1].message
     shutil.rmtree(copy / AFTER)
     files = [f"{AFTER}/{AFTER}.json", f"{AFTER}/candidate.h5"]
     # Before 2.0.0 a copy of the dataset may lack the folder, but the package may not.
@@ -196,7 +196,7 @@ def test_other_files_are_named_and_do_no_harm(small, capsys):
     assert err == ""
     assert main(["verify", str(small)]) == 0
     *_, told, counted = capsys.readouterr().out.splitlines()
-    assert "WARNING: not part of the set, and not looked at: " in told
+    assert "WARNING: not part of the dataset and not checked: " in told
     assert counted.endswith("0 failed")
     (other,) = [c for c in json.loads(out)["checks"] if c["check"] == "other_files"]
     assert other["evidence"]["files"] == ["notes.txt", "plots"]
@@ -323,7 +323,7 @@ def test_options_that_make_no_sense(small, capsys):
     code, lines = run(small, capsys, "--quick")
     assert code == 1
     assert len(lines) == 1
-    assert "expected" in lines[0]
+    assert "--quick needs --rerun" in lines[0]
     with pytest.raises(SystemExit, match="1"):
         run(small, capsys, "--format", "xml")
     assert "found 'xml', expected table or json" in capsys.readouterr().err

@@ -160,7 +160,7 @@ def test_a_budget_that_is_none_is_refused(capsys, command, text):
 
 def test_a_budget_needs_a_diagnosis(capsys):
     assert main(["score", str(RIGHT), "--budget", "5"]) == 1
-    assert "--budget: expected beside --diagnose" in capsys.readouterr().err
+    assert "--budget needs --diagnose" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("budget", [0, -1.0, nan, "5", None, [30]])

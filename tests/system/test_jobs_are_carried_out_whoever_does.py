@@ -134,7 +134,7 @@ def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert run.stderr.count("Traceback") == 1, "only the first process may print one"
-    assert 'outside of: if __name__ == "__main__"' in run.stderr.splitlines()[-1]
+    assert 'lacks the guard if __name__ == "__main__"' in run.stderr.splitlines()[-1]
 
 
 @pytest.mark.proof

@@ -43,7 +43,7 @@ def test_jobs_are_told_as_they_begin_and_end(workers, capfd):
         all_of(jobs)
     err = capfd.readouterr().err
     for i in range(2):
-        assert f"add of motion {i}: begins" in err
+        assert f"add of motion {i}: started" in err
         assert f"add of motion {i}: done, 0." in err
 
 

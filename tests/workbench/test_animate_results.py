@@ -47,7 +47,7 @@ def test_the_reference_as_a_file_coincides(reference):
             one, other = (getattr(x.motion, name) for x in (scene.reference, scene.result))
             np.testing.assert_allclose(other, one, rtol=0, atol=1e-9)
         assert set(scene.result.columns) == set(BENCHMARK_COLUMNS)
-        assert "taken from the reference" not in said(scene)
+        assert "of the reference are used" not in said(scene)
 
 
 def test_a_perturbed_file_differs_as_it_should(table, shown):
@@ -117,7 +117,7 @@ def test_rows_that_end_or_begin_elsewhere(table, shown):
     beside = scenes[2].reference.motion.rear_contact[50:201]
     np.testing.assert_allclose(motion.rear_contact, beside, rtol=0, atol=1e-9)
     assert "begin at 1 s" in said(scenes[2])
-    assert "rows end at 4 s" in said(scenes[2])
+    assert "rows of the file end at 4 s" in said(scenes[2])
 
 
 def test_a_missing_number_ends_the_replay(table, shown):
@@ -136,11 +136,11 @@ def test_missing_columns_are_said(reference, tmp_path):
     path = tmp_path / "some.csv"
     np.savetxt(path, np.column_stack(columns), header=",".join(names), comments="", delimiter=",")
     scenes = replay(reference, read_results(path, maneuver=2, count=3)).scenes
-    assert "no usable roll rate, steer rate and forward speed: taken from the ref" in said(
+    assert "no usable roll rate, steer rate and forward speed: the values of the ref" in said(
         scenes[1]
     )
     assert set(scenes[1].result.columns) == {"roll_angle", "steer_angle"}
-    assert "does not hold maneuver 1" in said(scenes[0])
+    assert "does not contain maneuver 1" in said(scenes[0])
     motion = scenes[1].result.motion
     np.testing.assert_allclose(
         motion.roll, 1.01 * scenes[1].reference.motion.roll, rtol=0, atol=1e-9
@@ -154,7 +154,7 @@ def test_a_bicycle_that_falls_is_shown_until_then(table, shown):
     motion = scene.result.motion
     assert 5 < motion.time[-1] < 9.5
     assert 1.2 < np.abs(motion.roll).max() < 1.41
-    assert "it has fallen" in said(scene)
+    assert "its bicycle has fallen" in said(scene)
     assert all(np.isfinite(getattr(motion, name)).all() for name in NAMES)
 
 

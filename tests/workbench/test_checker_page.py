@@ -449,10 +449,10 @@ def test_the_replay_says_what_is_not_of_the_file(judged, tmp_path, reference):
     falls = rolls.copy()
     falls[:, 1] += np.maximum(falls[:, 0] - 4, 0)
     cases = {
-        "roll.csv": (rolls, "time,m2_roll_angle", "taken from the reference instead."),
-        "late.csv": (rolls[20:], "time,m2_roll_angle", "Its rows begin at 2 s"),
-        "short.csv": (rolls[:60], "time,m2_roll_angle", "Its rows end at 5.9 s."),
-        "falls.csv": (falls, "time,m2_roll_angle", "it has fallen."),
+        "roll.csv": (rolls, "time,m2_roll_angle", "the values of the reference are used instead."),
+        "late.csv": (rolls[20:], "time,m2_roll_angle", "The rows of the file begin at 2 s"),
+        "short.csv": (rolls[:60], "time,m2_roll_angle", "The rows of the file end at 5.9 s."),
+        "falls.csv": (falls, "time,m2_roll_angle", "its bicycle has fallen."),
         "energy.csv": (one[:, [0, 4]], "time,m2_potential_energy", "no usable column"),
     }
     for name, (rows, heading, wanted) in cases.items():
@@ -461,7 +461,7 @@ def test_the_replay_says_what_is_not_of_the_file(judged, tmp_path, reference):
         assert any(wanted in note for note in told["notes"]), (name, told["notes"])
         assert told["isCompared"] == (name != "energy.csv")
         assert told["found"][0]["result"] is None
-        assert told["found"][0]["notes"] == ["The file does not hold maneuver 1."]
+        assert told["found"][0]["notes"] == ["The file does not contain maneuver 1."]
         if name == "energy.csv":
             continue
         path = tmp_path / name
@@ -505,7 +505,7 @@ def test_the_replay_shows_a_result_no_longer_than_it_is_there(page, opened, judg
     assert shown.complaints == []
     linked = judged(shared(CELL))
     assert linked.complaints == []
-    assert "the exact motion is shown alone" in linked.content()
+    assert "so only the exact motion is shown" in linked.content()
     assert linked.locator(".replay.compared").count() == 0
 
 

@@ -116,7 +116,7 @@ def turned(row):
         (lambda rows: rows[:900], "900 rows"),
         (lambda rows: [*rows[:5], rows[5].replace(rows[5].split()[3], "nan", 1), *rows[6:]],
          "a number in every row"),
-        (lambda rows: [turned(row) for row in rows], "signs that contradict"),
+        (lambda rows: [turned(row) for row in rows], "contradictory signs"),
         (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
         (lambda rows: [*rows, *(f"{10 + i} " + rows[i].split(" ", 1)[1] for i in range(1, 100))],
          "99 rows outside the run"),
@@ -219,7 +219,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     assert [f'id="{p}"' in page.read_text() for p in ("H1", "H2", "H4")] == [True, False, True]
     # Without its dataset the submission is rejected, and H1 remains.
     assert main(["leaderboard", str(folder)]) == 3
-    assert "problem H4, whose reference is not here" in capsys.readouterr().err
+    assert "problem H4 without its dataset" in capsys.readouterr().err
 
 
 @pytest.mark.timeout(60)

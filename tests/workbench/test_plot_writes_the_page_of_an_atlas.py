@@ -35,10 +35,10 @@ def test_the_page_is_of_that_atlas(small_atlas, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "--figure: found atlas without one, expected its folder"),
+        ([], "--figure atlas needs DIR, the folder of the atlas"),
         (["nowhere"], "nowhere: no atlas can be read"),
-        (["nowhere", "--maneuver", "2"], "--maneuver: expected none for the page of an atlas"),
-        (["nowhere", "--format", "png"], "--format: expected none for the page of an atlas"),
+        (["nowhere", "--maneuver", "2"], "--maneuver cannot be used with the page of an atlas"),
+        (["nowhere", "--format", "png"], "--format cannot be used with the page of an atlas"),
     ],
 )
 def test_bad_input_gives_one_line(tmp_path, monkeypatch, capsys, arguments, message):

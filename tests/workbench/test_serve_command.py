@@ -149,7 +149,7 @@ def test_a_port_that_is_taken_is_said(capsys):
         (["--port", "70000"], "--port: found 70000, expected 0 to 65535"),
         (["--keep", "0"], "--keep: found 0, expected more than zero"),
         (["--max-size", "-1"], "--max-size: found -1, expected more than zero"),
-        (["--host", "0.0.0.0"], "--host: found 0.0.0.0, expected --name too"),
+        (["--host", "0.0.0.0"], "--host 0.0.0.0 needs --name"),
         (["--leaderboard", "nowhere"], "nowhere"),
     ],
 )

@@ -393,12 +393,12 @@ def _dataset(
     return dataset
 
 
-# What a name may have to be quoted in #include.
+# Characters that a file name in #include "..." may contain.
 _STEM_OF_FILES = re.compile(r"[A-Za-z0-9_+. -]+")
 
 
 def c(selection: Selection, stem: str) -> dict[str, bytes]:
-    """C99: a header and a source file; numbers are hexadecimal and exact.
+    """Write C99: a header and a source file; numbers are hexadecimal and exact.
 
     Raises
     ------
@@ -424,7 +424,7 @@ def c(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _c_tables(selection: Selection) -> Iterator[str]:
-    """Lines of arrays of breaks and coefficients, and of an array that has them by maneuver."""
+    """Yield C arrays of breaks and coefficients, and the array of maneuvers that refers to them."""
 
     def block(head: str, values: Sequence[float], tail: str = "};") -> Iterator[str]:
         yield head
@@ -451,7 +451,7 @@ def _c_tables(selection: Selection) -> Iterator[str]:
 
 
 def fortran(selection: Selection, stem: str) -> dict[str, bytes]:
-    """Fortran 2008: a module with an elemental evaluator; 17 digits are read back exactly."""
+    """Write a Fortran 2008 module with an elemental evaluator; its 17 digits read back exactly."""
     use = (
         f"Compile: gfortran -O2 {stem}.f90 your-code.f90 (never with -ffast-math); "
         "the module is uncontrolled_bicycle."
@@ -472,10 +472,10 @@ def fortran(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _fortran_data(selection: Selection) -> Iterator[str]:
-    """Statements with the breaks and coefficients, the pieces of all maneuvers in a row."""
+    """Yield statements with the breaks and coefficients of all maneuvers, piece by piece."""
 
-    # A line may have 132 characters and a statement 255 continuation lines: a statement for each
-    # piece of a column, and three numbers in a line.
+    # A line may have 132 characters and a statement 255 continuation lines. Hence each piece of a
+    # column has its own statement, with three numbers in a line.
     def statement(place: str, values: Sequence[float]) -> str:
         lines = _lines([f"{x:.16e}_real64" for x in values], 3)
         return f"   data {place} / &\n      " + ", &\n      ".join(lines) + " /"
@@ -491,12 +491,12 @@ def _fortran_data(selection: Selection) -> Iterator[str]:
 
 
 def matlab(selection: Selection, stem: str) -> dict[str, bytes]:
-    """MATLAB and GNU Octave: a function, named as its file must be; 17 digits.
+    """Write a function for MATLAB and GNU Octave, with 17 digits, named like its file.
 
     Raises
     ------
     InputError
-        The name is not that of a function.
+        The name cannot be that of a function.
     """
     check_name(stem, "function")
     use = f"Use: put {stem}.m into your folder; {stem}({selection.numbers[0]}, "
@@ -519,7 +519,7 @@ def _matlab_data(selection: Selection) -> Iterator[str]:
 
 
 def _lines(texts: Sequence[str], count: int) -> list[str]:
-    """So many texts a line."""
+    """Return lines of `count` texts each, separated by commas."""
     return [", ".join(texts[i : i + count]) for i in range(0, len(texts), count)]
 
 
@@ -527,14 +527,14 @@ def _files(
     selection: Selection, stem: str, use: str, mark: str, suffixes: Sequence[str],
     fields: Mapping[str, object],
 ) -> dict[str, bytes]:  # fmt: skip
-    """The files of a language by their suffixes, from its templates.
+    """Return the files of a language by their suffixes, from its templates.
 
     Parameters
     ----------
     mark
-        Begins a comment.
+        Characters that begin a comment.
     fields
-        Of the templates, beside those that all have.
+        Fields of this language's templates, in addition to those that all templates have.
     """
     lines = about(selection, "dense output, piecewise Chebyshev polynomials", use)
     words = {"about": commented(lines, mark), "stem": stem, "terms": selection.terms, **fields}
@@ -550,4 +550,4 @@ FORMATS: Mapping[str, tuple[tuple[str, ...], Callable[..., dict[str, bytes]]]] =
     "csv": ((".csv",), as_csv),
     "netcdf": ((".nc",), as_netcdf),
 }
-"""Suffixes of the files and what makes them, by the names that the command line takes."""
+"""Suffixes of the files and the function that writes them, by format name on the command line."""

@@ -123,7 +123,7 @@ def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
         states = tuple(_state(i, x) for i, x in enumerate(coordinates, start=1))
         expected = _texts(of_known(bicycle, states))
     except (BicycleError, ValueError) as e:
-        yield f"its states cannot be used: {e}"
+        yield f"the states cannot be used: {e}"
         return
     if list(found) != list(expected):
         yield f"found the columns {', '.join(found):.80}, expected {', '.join(expected):.80}"

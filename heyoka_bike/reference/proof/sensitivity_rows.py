@@ -377,7 +377,7 @@ class _Rounding:
         expected = [x, *[flint.arb(0)] * (len(row) - 1)]
         if not all(a.overlaps(b) for a, b in zip(row, expected, strict=True)):
             raise NotCertifiedError(
-                f"{self.run.maneuver.name}: the derivative of {name} is not the constant that it is"
+                f"{self.run.maneuver.name}: the derivative of {name} is not constant, as expected"
             )
         return expected
 
@@ -410,7 +410,7 @@ class _Rounding:
                     if not found.overlaps(exact_ball(x) if isinstance(x, Fraction) else x):
                         raise NotCertifiedError(
                             f"{self.run.maneuver.name}: the derivative of {name}, row {r}, is not "
-                            "what the start says"
+                            "the derivative of the exact initial value"
                         )
                 values[r, unknown], bound[r, unknown] = self._nearest(x)
         return values, bound

@@ -1,1 +1,1 @@
-"""Every byte, structure and number of a set, checked without heyoka; and the runs made again."""
+"""Check every byte, structure and number of a dataset without heyoka, or integrate it again."""

@@ -1,18 +1,19 @@
-"""Checks that the numbers of a set agree with one another, with the model and with their bounds.
+"""Checks that the numbers of a dataset agree with each other, with the model and their bounds.
 
-No tolerance is chosen here. A number of the set comes with its certified bound, so it is a ball
-[hi + lo - bound, hi + lo + bound] that holds the exact value. Whatever must be zero, or equal, for
-exact values is evaluated on these balls (FLINT/Arb), and the result must hold zero, or overlap.
-Each function looks at one maneuver and counts in tallies, to be joined over the maneuvers.
+No tolerance is chosen here. A number of the dataset comes with its certified bound, so it is a ball
+[hi + lo - bound, hi + lo + bound] that contains the exact value. Expressions that are zero for
+exact values are evaluated on these balls (FLINT/Arb), and the result must contain zero. Numbers
+that are equal for exact values must have balls that overlap. Each function checks one maneuver and
+counts in tallies, which are then joined over the maneuvers.
 
-A set can be integrated again, too, and the digits counted in which it comes out the same. Every
-column is compared at every row with the finest published number of it: the text of 50 digits,
-or hi + lo where there is no such text, and with the trajectory in candidate.h5, which has some 65.
-How many digits must agree follows from the certificate, which bounds what a run of p bits is off
-by some B. Truncation and roundoff of a Taylor integration are proportional to 2^-p, and what the
-motion makes of them does not depend on p, so a run of q bits is expected within 2^(p - q) B. This
-is no proof, only the published run is certified. States of that uncertainty are evaluated as balls;
-each must overlap the published number and its bound.
+The motion can also be integrated again, to count the digits that agree. Every column is compared at
+every row with the most precise published number, which is the text with 50 digits or else hi + lo,
+and with the trajectory in candidate.h5, which has about 65 digits. The certificate determines how
+many digits must agree: it bounds the error of a run with p bits by some B. Truncation and roundoff
+of a Taylor integration are proportional to 2^-p, and the motion magnifies them independently of p,
+so the error of a run with q bits is expected to be below 2^(p - q) B. This is not a proof, because
+only the published run is certified. States with that uncertainty are evaluated as balls; each must
+overlap the published number with its bound.
 """
 
 import time
@@ -65,7 +66,7 @@ from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 
 BITS = 256
-"""Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""
+"""Precision of evaluations from hi + lo, which have 107 bits: high enough to neglect roundoff."""
 
 _STATE_COLUMNS = (
     "roll_angle",
@@ -76,14 +77,14 @@ _STATE_COLUMNS = (
     "forward_speed",
     "yaw",
 )
-"""The columns from which all others follow, in the order of the state of the regular form."""
+"""Columns from which all others follow, in the order of the state of the regular form."""
 
 _ROLLING = INTEGRALS[:3]
-"""The integrals whose rates are columns of the reference, up to a factor."""
+"""Integrals whose time derivatives are columns of the reference, up to a factor."""
 
 
 def row_zero(x: StoredManeuver, tally: Tally) -> None:
-    """The first row and the times, where they are rational numbers: correctly rounded."""
+    """Check that the rational values in the first row and the times are correctly rounded."""
     rows = x.reference.rows
     for name, exact in exact_columns(x.bicycle, x.maneuver).items():
         if name not in rows:
@@ -102,7 +103,7 @@ def row_zero(x: StoredManeuver, tally: Tally) -> None:
 
 
 def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
-    """Potential and kinetic energy add up to the mechanical energy, which never changes."""
+    """Check that potential and kinetic energy add up to a constant mechanical energy."""
     names = ("potential_energy", "kinetic_energy", "mechanical_energy")
     rows = x.reference.rows
     first, size = _exact(rows, names[2], 0), scale(x.reference, names[2])
@@ -121,7 +122,7 @@ def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
 
 
 def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
-    """Every row from its own roll, pitch, steer, their rates, speed and yaw: contact, columns."""
+    """Check contact and all columns of every row against the state variables in the same row."""
     balls = NonnegativeRoots(BITS)
     equations = Equations.of(x.bicycle, balls)
     with balls.precision():
@@ -131,15 +132,15 @@ def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
             said = f"{x.at('front wheel', i)}: {_show(height)} m above the floor"
             contact.counts(holds_zero(height), said, float(height.mid()))
             made = equations.columns(state)
-            _follow(x, x.reference, i, made, columns, "from what the row's own state gives")
+            _follow(x, x.reference, i, made, columns, "from the value of the row's own state")
 
 
 def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
-    """Every column of a row follows from the state in the reference's row, and the integrals."""
+    """Check that the whole motion of a row follows from the reference's row and the integrals."""
     m = x.motion
     expected = rounded_times(x.maneuver)
     if any(a.tobytes() != b.tobytes() for a, b in zip(expected, (m.time, m.time_lo), strict=True)):
-        tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
+        tally.fail(f"{x.maneuver.name}: the times are not multiples of the spacing")
     balls = NonnegativeRoots(BITS)
     equations = Equations.of(x.bicycle, balls)
     with balls.precision():
@@ -147,11 +148,11 @@ def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
             integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
             state = [*_state(x, i, equations.k.length), *integrals]
             made = motion_columns(equations, state)
-            _follow(x, m, i, made, tally, f"from what the state in {HDF5} gives")
+            _follow(x, m, i, made, tally, f"from the value of the state in {HDF5}")
 
 
 def _state(x: StoredManeuver, row: int, length: flint.arb) -> list[flint.arb]:
-    """The state of the regular form in a row, by its columns."""
+    """Return the state of the regular form in a row, from its columns."""
     *angles_and_rates, speed, yaw = (
         stored_ball(x.reference.rows, name, row) for name in _STATE_COLUMNS
     )
@@ -162,7 +163,7 @@ def _follow(
     x: StoredManeuver, m: ReferenceManeuver, row: int, made: Mapping[str, flint.arb], tally: Tally,
     what: str,
 ) -> None:  # fmt: skip
-    """The columns of a row are those that were made of a state."""
+    """Check that the columns of a row equal those computed from a state."""
     for name in m.columns:
         off = made[name] - stored_ball(m.rows, name, row)
         said = f"{x.at(name, row)}: differs by {_show(off)} {m.units[name]} {what}"
@@ -170,9 +171,9 @@ def _follow(
 
 
 def text_17(x: StoredManeuver, tally: Tally) -> None:
-    """The text of 17 digits is what hi reads as.
+    """Check that the text with 17 digits is hi.
 
-    Of a zero that is not decided it has the exponent, as the text of 50 digits.
+    An undecided zero is written with an exponent, as in the text with 50 digits.
     """
     for name in BENCHMARK_COLUMNS:
         hi = x.reference.rows.hi[name].tolist()
@@ -184,31 +185,31 @@ def text_17(x: StoredManeuver, tally: Tally) -> None:
 
 
 def text_50(x: StoredManeuver, tally: Tally) -> None:
-    """Each hi and lo is the rounding of the text of 50 digits, and within its bound of it.
+    """Check that hi and lo are the text with 50 digits, rounded, and differ by less than the bound.
 
-    What is not decided is within that bound only.
+    For undecided rows only the bound is checked.
     """
     rows = x.reference.rows
     for name in BENCHMARK_COLUMNS:
         undecided = _undecided(rows, name)
         for i, token in enumerate(x.files[TEXT_50].columns[x.number, name]):
-            # The exact value is anywhere so near to it.
+            # The exact value lies anywhere between number - half and number + half.
             number, half = Fraction(token), nearness(token)
             found, bound = _stored(rows, name, i), _bound(rows, name, i)
             low, high = (hi_lo(Enclosure.of(number + side * half), name) for side in (-1, 1))
             is_near = abs(number - _exact(rows, name, i)) <= bound + half
             tally.counts(
                 (i in undecided or low <= found <= high) and is_near,
-                f"{x.at(name, i)}: found {token}, which {HDF5} has as {_pair(*found)}, "
+                f"{x.at(name, i)}: found {token}, but {HDF5} has {_pair(*found)}, "
                 f"bound {float(bound):.2g}",
             )
 
 
 def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tally) -> None:
-    """hi, lo, their bounds and the text of 50 digits, if there, against the candidate's enclosures.
+    """Check hi, lo, bounds and the text with 50 digits against enclosures of the candidate.
 
-    The enclosures are narrower than a unit in the last place of all of them that are decided, so
-    each has to be the one that follows, to the last bit. The others have to be within their bound.
+    For decided values the enclosure is narrower than a unit in their last place, so they must equal
+    the rounded enclosure to the last bit. Undecided values must lie within their bound.
     """
     run, rows, text = x.run, x.reference.rows, x.long_text
     at = evaluator(run, certificate=x.certificate)
@@ -236,9 +237,9 @@ def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tall
 
 
 def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
-    """Pieces of the candidate join exactly, and the first begins at the initial state.
+    """Check that the pieces of the candidate join exactly and begin at the initial state.
 
-    `generate` carries the state from step to step as exact integers, so nothing is left over.
+    `generate` carries the state from step to step as exact integers, so there are no jumps.
     """
     run = x.run
     for i, (piece, after) in enumerate(pairwise(run.pieces), start=1):
@@ -252,7 +253,7 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
     equations = run.equations(Balls(run.grid + 64))
     with equations.precision():
         start = initial_state(equations, run.maneuver)
-        # Rounded to the grid, either way where the ball does not decide.
+        # The first state is rounded to the grid, in either direction if the ball does not decide.
         unit = flint.arb(2) ** -run.grid
         for name, exact, row in zip(run.states, start, run.pieces[0], strict=True):
             off = abs(exact - row[0] * unit)
@@ -261,10 +262,10 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
 
 
 def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
-    """The candidate satisfies the equations of motion at the rows.
+    """Check that the candidate satisfies the equations of motion at the rows.
 
-    Its distance from the exact motion is at most the certified bound; what that does to the
-    right-hand side is in its ball.
+    Its distance from the exact motion is at most the certified bound. The ball of the right-hand
+    side includes the effect of that distance.
     """
     run = x.run
     at = evaluator(run, certificate=x.certificate)
@@ -283,9 +284,10 @@ def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
 
 
 def rolling(x: StoredManeuver, tally: Tally) -> None:
-    """The integrals' dense output changes at the rates that the reference has at its rows.
+    """Check that the integrals' dense output changes at the rates in the reference's rows.
 
-    A Chebyshev piece has one degree less than coefficients: what is allowed is nearly that.
+    The limit uses the number of coefficients as the degree, which is one more than the degree of
+    the piece, so it is slightly too large.
     """
     m, rows = x.motion, x.reference.rows
     breaks = [Fraction(float(t)) for t in m.breaks]
@@ -312,9 +314,9 @@ def rolling(x: StoredManeuver, tally: Tally) -> None:
 
 @dataclass(frozen=True)
 class _Changing:
-    """A polynomial in s, 0 <= s <= 1 on a piece, and the bound on its distance from the exact one.
+    """A polynomial in s, 0 <= s <= 1 on a piece, and a bound on its distance from the exact one.
 
-    `off` ends the sentence that says how far its derivative is off.
+    The text `off` ends the sentence that reports the error of its derivative.
     """
 
     name: str
@@ -328,10 +330,11 @@ def _change_at(
     polynomials: Callable[[int], Iterable[_Changing]],
     rates: Callable[[int, Fraction, int], Sequence[flint.arb]],
 ) -> None:  # fmt: skip
-    """Polynomials by piece change at the rates of a row, a time and a piece.
+    """Check that the derivatives of polynomials equal the rates at each row.
 
-    One of degree n that is off by B over a piece of length h has, by Markov's inequality, a
-    derivative off by at most 2 n^2 B / h.
+    `polynomials` takes a piece; `rates` takes a row, its time and its piece. If a polynomial of
+    degree n has an error of at most B on a piece of length h, Markov's inequality bounds the error
+    of its derivative by 2 n^2 B / h.
     """
 
     def piece_of(row: tuple[int, Fraction]) -> int:
@@ -351,7 +354,7 @@ def _change_at(
 
 
 def identities(x: StoredManeuver, tally: Tally) -> None:
-    """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
+    """Check that quaternions have unit length and wheels touch the floor at the contact points."""
     m = x.motion
     for i in range(x.maneuver.rows):
         with working_bits(BITS):
@@ -360,7 +363,7 @@ def identities(x: StoredManeuver, tally: Tally) -> None:
             for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
                 a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
                 found[f"{end} quaternion"] = a * a + sum(c * c for c in v) - 1
-                # Of the axle, and how far the wheel's plane is from the vertical.
+                # The third component of the axle is the sine of the wheel's inclination.
                 axle = [at[f"{end}_frame_r{j}2"] for j in (1, 2, 3)]
                 arm = exact_ball(radius.rational) / (1 - axle[2] * axle[2]).sqrt()
                 down = [-axle[2] * axle[0], -axle[2] * axle[1], 1 - axle[2] * axle[2]]
@@ -374,7 +377,7 @@ def identities(x: StoredManeuver, tally: Tally) -> None:
 
 
 def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
-    """The dense output of a file: its value at the rows, and how its pieces join."""
+    """Check the dense output of a file: its values at the rows, and the jumps between pieces."""
     m: ReferenceManeuver = x.files[at_rows.file]
     names = tuple(m.dense.hi)
     breaks = [Fraction(float(t)) for t in m.breaks]
@@ -390,7 +393,7 @@ def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
         ends = [flint.arb(-1), flint.arb(1)]
         before: list[flint.arb] = []
         for j, (a, b) in enumerate(pairwise(breaks)):
-            # A break belongs to the piece on its right, the end to the last.
+            # A break belongs to the piece on its right, and the end to the last piece.
             is_last = j == len(breaks) - 2
             rows = [i for i, t in enumerate(times) if a <= t and (t < b or (is_last and t == b))]
             arguments = [exact_ball((2 * times[i] - a - b) / (b - a)) for i in rows]
@@ -412,14 +415,16 @@ def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
 
 
 def certified(x: StoredManeuver, tally: Tally) -> None:
-    """The entry of a maneuver in the certificate, as far as it follows from the other files."""
+    """Check the entry of a maneuver in the certificate, as far as the other files determine it."""
     states, run = x.entry["state_bounds"], x.files.get(CANDIDATE)
     if run is not None and set(states) != set(run.states):
         tally.fail(f"{x.maneuver.name}: state_bounds: expected {', '.join(run.states)}")
     for name, bound in states.items():
         tally.values += 2
         if Fraction(bound["end"]) > Fraction(bound["interval"]):
-            tally.fail(f"{x.maneuver.name}: {name}: the bound at the end is larger than over all")
+            tally.fail(
+                f"{x.maneuver.name}: {name}: the bound at the end exceeds that over the interval"
+            )
     expected: dict[str, Any] = {
         "maneuver": x.maneuver.name,
         "entries": x.maneuver.rows * len(x.reference.columns),
@@ -430,7 +435,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
     }
     _same(tally, x, x.entry, expected)
     _same(tally, x, x.entry["dense_relative_bounds"], relative_bounds(x.reference))
-    # Sets before 1.3.0 say nothing of the whole motion.
+    # Certificates before 1.3.0 have no entry for the whole motion.
     if MOTION in x.files and (said := x.entry.get("motion")):
         _same(tally, x, said, {"entries": x.maneuver.rows * len(x.motion.columns)})
         _same(tally, x, {"ambiguous": 0} | said, {"ambiguous": x.motion.rows.ambiguous})
@@ -439,9 +444,9 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
 
 
 def integration(x: StoredManeuver, tally: Tally) -> None:
-    """The energy and contact drift of the candidate are those in the certificate."""
+    """Check the energy and contact drift of the candidate against the certificate."""
     drift = evaluator(x.run).drift()
-    # Sets before 2.0.0 say nothing of it.
+    # Certificates before 2.0.0 do not state the drift.
     said = x.entry.get("integration", {})
     entry = drift_entry(drift, x.run.bits)
     _same(tally, x, said, {key: y for key, y in entry.items() if key in said})
@@ -458,12 +463,12 @@ def _same(
 
 @lru_cache(256)
 def scale(m: ReferenceManeuver, name: str) -> float:
-    """Largest absolute value of a column, 1 for one that vanishes."""
+    """Return the largest absolute value of a column, or 1 for a column of zeros."""
     return m.scale(name) or 1.0
 
 
 def _coefficients(dense: Dense, name: str, piece: int) -> list[flint.arb]:
-    """Chebyshev coefficients of a column on a piece."""
+    """Return the Chebyshev coefficients of a column on a piece."""
     pairs = zip(dense.hi[name][piece].tolist(), dense.lo[name][piece].tolist(), strict=True)
     return [flint.arb(hi) + lo for hi, lo in pairs]
 
@@ -486,17 +491,17 @@ def _sum(values: Values, name: str, row: int) -> flint.arb:
 
 
 def stored_ball(values: Values, name: str, row: int) -> flint.arb:
-    """The ball that holds the exact value."""
+    """Return the ball that contains the exact value."""
     return flint.arb(_sum(values, name, row), float(values.bound[name][row]))
 
 
 def _undecided(values: Values, name: str) -> frozenset[int]:
-    """Numbers of the rows that are said not to be decided."""
+    """Return the numbers of the rows that are declared undecided."""
     return frozenset(values.undecided.get(name, np.empty(0)).tolist())
 
 
 def _short(x: StoredManeuver) -> int:
-    """Numbers of the text of 50 digits that have fewer."""
+    """Count the entries of the text with 50 digits that have fewer digits."""
     if x.long_text is None:
         return 0
     columns = (x.long_text.columns[x.number, name] for name in BENCHMARK_COLUMNS)
@@ -504,13 +509,13 @@ def _short(x: StoredManeuver) -> int:
 
 
 def _is_short(token: str) -> bool:
-    """True if not all digits of a number of a text of 50 digits are decided."""
+    """True if an entry of the text with 50 digits has fewer, because not all are decided."""
     digits, _, exponent = token.partition("e")
     return bool(exponent) and sum(map(str.isdigit, digits)) < TEXT_DIGITS
 
 
 def _is_written(x: Enclosure, token: str, where: str) -> tuple[bool, str]:
-    """Whether a number of the text of 50 digits is that of an enclosure, and else what is wrong."""
+    """Return whether an entry of the text with 50 digits fits its enclosure, and a message."""
     if _is_short(token):
         number, near = Fraction(token), nearness(token)
         said = f"{where}: found {token}, expected a number within a unit of its last digit"
@@ -520,7 +525,7 @@ def _is_written(x: Enclosure, token: str, where: str) -> tuple[bool, str]:
 
 
 def _digits(x: Enclosure, where: str) -> str:
-    """The 50 digits that an enclosure decides, or else those of its middle, the candidate's value.
+    """Return the 50 digits that an enclosure decides, or else those of its midpoint.
 
     The certificate's bound over the whole run can be too large for small values at its beginning,
     which `generate` decides by the bounds of single pieces.
@@ -532,15 +537,16 @@ def _digits(x: Enclosure, where: str) -> str:
 
 
 def _smallest_distance(x: Enclosure, hi: float, lo: float) -> Fraction:
-    """Smallest distance of an exact number in its enclosure from hi + lo."""
+    """Return the smallest distance between hi + lo and a number in the enclosure."""
     rest = x.minus(hi, lo)
     return max(rest.low, -rest.high, Fraction(0))
 
 
 def nearness(token: str) -> Fraction:
-    """How near the exact value is to a number of the text of 50 digits.
+    """Return the largest distance of an entry of the text with 50 digits from the exact value.
 
-    Half a unit of the last digit, a unit where there are fewer digits; nothing for an exact zero.
+    It is half a unit of the last digit, a whole unit for an entry with fewer digits, and zero for
+    an exact zero.
     """
     digits, _, exponent = token.partition("e")
     if not exponent:
@@ -550,7 +556,7 @@ def nearness(token: str) -> Fraction:
 
 
 def _same_bits(found: Sequence[float], expected: Sequence[float]) -> bool:
-    """True if the numbers are equal bit by bit, the sign of zero included."""
+    """True if the numbers are equal bit by bit, including the sign of zero."""
     return np.array(found).tobytes() == np.array(expected).tobytes()
 
 
@@ -559,12 +565,12 @@ def _pair(hi: float, lo: float) -> str:
 
 
 def holds_zero(x: flint.arb) -> bool:
-    """True if a ball is finite and holds zero."""
+    """True if a ball is finite and contains zero."""
     return bool(x.is_finite() and x.contains(0))
 
 
 def is_within(x: flint.arb, limit: flint.arb) -> bool:
-    """True if a ball is finite and holds a number that is at most so large."""
+    """True if a ball is finite and contains a number of absolute value at most `limit`."""
     return bool(abs(x).lower() <= limit)
 
 
@@ -575,18 +581,19 @@ def _show(x: flint.arb) -> str:
 QUICK: tuple[str | int, ...] = ("binary128", 40)
 """Precisions of a quick rerun."""
 MORE_DIGITS = 20
-"""By which the second of a full rerun is longer than the set's own."""
+"""Additional digits of the second run of a full rerun, relative to the dataset's own run."""
 
 
 def run_again(
     found: Verification, *, is_quick: bool = False, progress: Progress | None = None
 ) -> Verification:
-    """Integrate the maneuvers of a whole set again, at two precisions each, side by side.
+    """Integrate the maneuvers of a dataset again, each with two precisions, in parallel.
 
     Parameters
     ----------
     found
-        A set that is not whole gets a check that says so instead.
+        Result of the checks. If a check failed, nothing is integrated, and a check named ``rerun``
+        states this.
 
     Raises
     ------
@@ -594,7 +601,7 @@ def run_again(
         heyoka is not installed.
     """
     if not found.passed:
-        message = "not made: the set has to be whole"
+        message = "not made, because another check failed"
         unmade = Check("rerun", None, "", message, {"values": 0})
         return replace(found, checks=(*found.checks, unmade))
     require_heyoka()
@@ -613,7 +620,7 @@ def run_again(
 
 
 def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
-    """The precisions in which a maneuver is integrated again."""
+    """Return the precisions with which a maneuver is integrated again."""
     if is_quick:
         return tuple(map(Precision.of, QUICK))
     digits = int(run.precision.split()[0])
@@ -622,7 +629,7 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
 
 
 def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Agreement:
-    """Integrate a maneuver and compare it with what is published."""
+    """Integrate a maneuver and compare the result with the published numbers."""
     run = part.run
     start = time.perf_counter()
     again = integrate(
@@ -631,7 +638,8 @@ def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Ag
     seconds = time.perf_counter() - start
     bits = max(run.evaluation_bits, again.evaluation_bits)
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
-    # Over the whole time, for all states alike: this run has steps, and maybe states, of its own.
+    # One bound for all times and states, because the steps (and maybe the states) of the two runs
+    # differ.
     worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))
     bounds = (worst,) * len(again.states)
     off_by = Certificate(again.states, (bounds,) * again.steps, bounds)
@@ -671,7 +679,7 @@ def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Ag
 
 
 def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
-    """The finest published number of a value, with its bound."""
+    """Return the most precise published number of a value, as a ball with its bound."""
     text = part.long_text
     if text is None or (part.number, name) not in text.columns:
         return stored_ball(part.reference.rows, name, row)

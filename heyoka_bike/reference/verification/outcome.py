@@ -1,4 +1,4 @@
-"""Checks, the counting that leads to their outcomes, and the contents of a set by maneuver."""
+"""Checks, the tallies that determine their outcomes, and the contents of a dataset by maneuver."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Check:
     check
         Stable name, snake_case.
     passed
-        None if it was not made, because of what another check found or for want of a package.
+        None if the check was not made, because another check failed or a package is missing.
     file
-        Name of the file that it is about.
+        Name of the checked file.
     message
         The measured value, or the first difference found; one line.
     evidence
-        The numbers behind it, JSON values only, finite; ``values`` is how many were looked at.
+        Numbers of the check as finite JSON values; ``values`` is the number of checked values.
     """
 
     check: str
@@ -41,18 +41,18 @@ class Check:
 
 @dataclass(slots=True)
 class Tally:
-    """Counts the values that a check looks at and keeps the first that is wrong.
+    """Count of the values of a check, and of the wrong ones.
 
     Attributes
     ----------
     check, file
         As in `Check`.
     values, failures
-        Numbers of values that were looked at, and of wrong ones.
+        Number of checked values, and number of wrong values.
     first
-        The first that was wrong, in words.
+        Description of the first failure.
     largest
-        Largest of what was measured, if that is one kind of number.
+        Largest measured size, if all measured sizes are of one kind.
     """
 
     check: str
@@ -63,26 +63,26 @@ class Tally:
     largest: float = 0.0
 
     def counts(self, holds: bool, what: str, size: float = 0.0) -> None:
-        """Count a value, of which so much was measured; `what` is wrong with it unless it holds."""
+        """Count one checked value and its measured size; unless `holds`, `what` is a failure."""
         self.values += 1
         self.largest = max(self.largest, abs(size))
         if not holds:
             self.fail(what)
 
     def fail(self, what: str) -> None:
-        """Note something wrong."""
+        """Count a failure and keep the description of the first one."""
         self.first = self.first or what
         self.failures += 1
 
     def joined(self, other: Tally) -> Tally:
-        """Both together, this one first."""
+        """Return the sum of two tallies; the first failure is that of this one if it has any."""
         return Tally(
             self.check, self.file, self.values + other.values, self.failures + other.failures,
             self.first or other.first, max(self.largest, other.largest),
         )  # fmt: skip
 
     def done(self, message: str, **evidence: Any) -> Check:
-        """The check, with `message` if nothing was wrong."""
+        """Return the check, with `message` if there was no failure."""
         if self.failures > 1:
             message = f"{self.first} (and {self.failures - 1} more)"
         elif self.failures:
@@ -94,24 +94,24 @@ class Tally:
 
 
 def all_passed(checks: Sequence[Check]) -> bool:
-    """True if no check failed; one that was not made does not count."""
+    """True if no check failed; checks that were not made are ignored."""
     return all(c.passed is not False for c in checks)
 
 
 BOUNDS = "bounds of the candidate"
-"""Among the files of a part: what the certificate states about the candidate, if they agree."""
+"""Key in `StoredManeuver.files` of the bounds that the certificate states for the candidate."""
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text file: its numbers as they are written, by maneuver and column."""
+    """The numbers of a text file as they are written, by maneuver and column."""
 
     file: TextFile
     columns: Mapping[tuple[int, str], tuple[str, ...]]
 
 
 class _Content(Generic[T]):
-    """What a maneuver has of a file, as an attribute of it."""
+    """Descriptor that returns a maneuver's contents from one file."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -123,17 +123,17 @@ class _Content(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class StoredManeuver:
-    """One maneuver of a set.
+    """One maneuver of a dataset.
 
     Attributes
     ----------
     number : int
-        From 1.
+        Number of the maneuver, from 1.
     bicycle, maneuver
-        As stated in the manifest.
+        Inputs as stated in the manifest.
     files : mapping
-        Its contents in the intact and well-formed files, by the names of these; its texts by
-        `TEXT` and `TEXT_50`, whatever the names of their files; and `BOUNDS`.
+        Contents of the maneuver in the undamaged, well-formed files, by file name. The texts have
+        the keys `TEXT` and `TEXT_50`, whatever their files are called. `BOUNDS` is a key, too.
     """
 
     number: int
@@ -141,8 +141,9 @@ class StoredManeuver:
     maneuver: Maneuver
     files: Mapping[str, Any]
 
-    # Each needs its file: rows and dense output, the whole motion, the candidate, the entry in
-    # certificate.json, and the stated bounds; those of the interval hold on every piece.
+    # Rows and dense output, the whole motion, the candidate, the entry in certificate.json, and the
+    # stated bounds (the bound over the interval applies to every piece). Reading one of these
+    # attributes raises an error if its file is missing.
     reference = _Content[ReferenceManeuver](HDF5)
     motion = _Content[ReferenceManeuver](MOTION)
     run = _Content[Trajectory](CANDIDATE)
@@ -151,11 +152,11 @@ class StoredManeuver:
 
     @property
     def long_text(self) -> Text | None:
-        """The text with 50 digits, if it is whole."""
+        """The text with 50 digits; None if it is missing or damaged."""
         return self.files.get(TEXT_50)
 
     def name_of(self, kind: str) -> str:
-        """Name of a file: that of a text may say which maneuver it holds."""
+        """Return the name of a file; the name of a text file may contain a maneuver's number."""
         content = self.files.get(kind)
         return content.file.name if isinstance(content, Text) else kind
 
@@ -165,7 +166,7 @@ class StoredManeuver:
 
 
 SCHEMA_VERSION = 1
-"""Of the JSON report."""
+"""Version of the JSON report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,9 +180,9 @@ class Agreement:
         Agreeing digits by column: -log10 of the largest difference over the rows, relative to the
         largest value of the column; at most the digits of the shorter of the two runs.
     promised : mapping of str to float
-        Digits that have to agree with what is published.
+        Digits that must agree with the published numbers.
     tally : Tally
-        Values compared, and those that are farther apart than they can be.
+        Count of compared values, and of differences that exceed their bound.
     steps : int
     seconds : float
         Wall time of the integration.
@@ -197,7 +198,7 @@ class Agreement:
     seconds: float
 
     def check(self) -> Check:
-        """The agreement as a check."""
+        """Return the agreement as a check."""
         worst = min(self.published, key=self.published.__getitem__)
         message = (
             f"{self.maneuver}, {self.precision}: {self.published[worst]:.1f} digits of {worst} "
@@ -218,12 +219,12 @@ class Verification:
     ----------
     folder : str
     dataset_version : str or None
-        None if the manifest is not usable.
+        None if the manifest cannot be used.
     checks : tuple of Check
     parts : tuple of StoredManeuver
-        The maneuvers, as far as there are files of them.
+        The maneuvers with their undamaged files.
     agreements : tuple of Agreement
-        Agreement with reruns, if these were asked for.
+        Agreement with reruns, if these were requested.
     """
 
     folder: str
@@ -238,7 +239,7 @@ class Verification:
         return all_passed(self.checks)
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as JSON values; keys may be added, not changed, within a schema version."""
+        """Return the report as JSON values; a schema version may gain keys but not change them."""
         return {
             "schema_version": SCHEMA_VERSION,
             "dataset_version": self.dataset_version,

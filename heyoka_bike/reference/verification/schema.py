@@ -31,28 +31,28 @@ from heyoka_bike.reference.verification.outcome import Text
 _NUMBER_50 = re.compile(
     rf"-?[1-9](\.[0-9]{{1,{TEXT_DIGITS - 1}}})?e[+-](0|[1-9][0-9]*)|0(e[+-](0|[1-9][0-9]*))?"
 )
-"""With fewer digits, or of a zero with an exponent, it is not decided."""
+"""Entry of the text with 50 digits. Fewer digits, or a zero with an exponent, mean undecided."""
 _UNDECIDED_ZERO = re.compile(r"0e[+-](0|[1-9][0-9]*)")
 _ANY_VALUE = object()
-"""In a form, what its numbers say, or somebody's words."""
+"""Placeholder in an expected document for a number or text that is not checked here."""
 
 
 def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
-    """A content_sha256 that is not that of the numbers."""
+    """Yield a problem if the manifest's content_sha256 is not that of the numbers."""
     with hdf5.opened(raw) as f:
         found = layout.content_sha256(f)
     if found != e.manifest.content_sha256:
         yield (
-            f"the numbers have content_sha256 {found[:12]}..., the manifest says "
+            f"the numbers have content_sha256 {found[:12]}..., but the manifest states "
             f"{e.manifest.content_sha256:.12}..."
         )
 
 
 def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
-    """Problems of the certificate, apart from what its numbers say."""
+    """Yield the problems of the certificate, except for its numbers."""
     document = json.loads(raw)
     if raw != layout.as_json(document):
-        yield "is not written the way 'heyoka-bike generate' writes it"
+        yield "the form is not that of 'heyoka-bike generate'"
     later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
     later += () if e.has_bounds else ("motion", "sensitivities", "integration")
     entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]
@@ -65,14 +65,14 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     form = expected_document(e.manifest.inputs, e.manifest.files, maneuvers, e.columns, statement)
     form["software"] = dict.fromkeys(form["software"], _ANY_VALUE)
     if not e.has_bounds:
-        yield Unchecked("what it says in words")
+        yield Unchecked("its sentences")
         form |= dict.fromkeys(("statement", "proved", "computed", "trusted"), _ANY_VALUE)
         form = {key: x for key, x in form.items() if key in document or x is not _ANY_VALUE}
     yield from _differences(document, form)
 
 
 def _is_before_2(certificate: Mapping[str, Any]) -> bool:
-    """True if a certificate has the statement of the sets before 2.0.0."""
+    """True if a certificate has the statement of the datasets before 2.0.0."""
     return bool(certificate["statement"] == STATEMENT_1_5_0)
 
 
@@ -92,7 +92,7 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
         "integration": dict.fromkeys(("performance_percent", "energy", "contact"), BOUND),
     }  # fmt: skip
     if list(found["state_bounds"]) not in STATES_OF_FORM.values():
-        raise UnusableError("state_bounds: has other state variables than a candidate")
+        raise UnusableError("state_bounds: the state variables are not those of a candidate")
     if "ambiguous" in found.get("motion", {}):
         entries, *others = form["motion"].items()
         form["motion"] = dict([entries, ("ambiguous", _ANY_VALUE), *others])
@@ -100,7 +100,7 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
 
 
 def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
-    """Yield the differences of a document from a form: entries, texts, and bounds that are none."""
+    """Yield the differences of a document from a form: entries, texts, and invalid bounds."""
     if isinstance(form, dict):
         if list(found) != list(form):
             raise UnusableError(f"{where}expected the entries {', '.join(form)}")
@@ -108,7 +108,7 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
             yield from _differences(found[key], inner, f"{where}{key}: ")
     elif isinstance(form, re.Pattern):
         if not form.fullmatch(found):
-            raise UnusableError(f"{where}found {found!r:.40} for a bound")
+            raise UnusableError(f"{where}found {found!r:.40}, expected a bound")
     elif isinstance(form, list):
         if len(found) != len(form):
             yield f"found {len(found)} {where.rstrip(': ')}, expected {len(form)}"
@@ -119,26 +119,26 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
 
 
 def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[str]:
-    """Yield the problems of a file of single instants: its form, and values that are not proved."""
+    """Yield the problems of a file of states: its form, and values that differ from a new proof."""
     if name == layout.STATES_HDF5:
         yield from of_instants(raw, e)
     yield from states_differ(name, raw, bicycle)
 
 
 def of_description(raw: bytes, e: SetForm, text: bytes) -> Iterator[str]:
-    """A file about the set that says something else."""
+    """Yield a problem if a file that describes the dataset has another text than expected."""
     if e.manifest.dataset_version != DATASET_VERSION:
-        yield Unchecked("words of another version")
+        yield Unchecked("the text of another version")
     elif raw != text:
         yield f"does not follow from {MANIFEST}"
 
 
 def of_text(raw: bytes, e: SetForm, file: layout.TextFile) -> Iterator[str]:
-    """Problems of a text file: lines, fields, the form of the numbers, the times."""
+    """Yield the problems of a text file: lines, fields, form of the numbers, times."""
     maneuver = e.maneuvers[file.numbers[0] - 1]
     lines = raw.decode("ascii").split("\n")
     if lines.pop() != "" or len(lines) != maneuver.rows:
-        yield f"found {len(lines)} lines, expected {maneuver.rows}, each of them ended"
+        yield f"found {len(lines)} lines, expected {maneuver.rows}, each with a line end"
         return
     count = 1 + len(BENCHMARK_COLUMNS) * len(file.numbers)
     for i, line in enumerate(lines):
@@ -149,7 +149,7 @@ def of_text(raw: bytes, e: SetForm, file: layout.TextFile) -> Iterator[str]:
             expected = float(maneuver.time(i))
             yield f"line {i + 1}: found time {fields[0]:.60} s, expected {expected:.17g} s"
         elif wrong := [x for x in fields[1:] if not _is_number(x, file)]:
-            yield f"line {i + 1}: found {wrong[0]!r:.80}, expected a number of the format"
+            yield f"line {i + 1}: found {wrong[0]!r:.80}, expected a number in the file's format"
 
 
 def _is_number(text: str, file: layout.TextFile) -> bool:
@@ -159,7 +159,7 @@ def _is_number(text: str, file: layout.TextFile) -> bool:
 
 
 def read_text(raw: bytes, file: layout.TextFile) -> Text:
-    """The numbers of a text file in which no problem was found."""
+    """Return the numbers of a text file without problems."""
     fields = [line.split(" ") for line in raw.decode("ascii").splitlines()]
     names = [(number, name) for number in file.numbers for name in BENCHMARK_COLUMNS]
     _, *columns = (tuple(column) for column in zip(*fields, strict=True))

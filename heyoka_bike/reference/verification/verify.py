@@ -1,9 +1,8 @@
-"""Check a reference folder: all that takes seconds and does not need heyoka.
+"""Check the folder of a dataset within seconds and without heyoka.
 
-First the bytes: every file against the manifest, the manifest against the hash that the package
-knows. Then, in files that are whole, their structure (`schema`), and in files that are built as
-they should be, their numbers (`numbers`). What a file that is not whole would be needed for is not
-checked, and said to be so.
+The bytes come first: every file against the manifest, and the manifest against the hash that the
+package knows. Undamaged files are then checked for their structure (`schema`), and well-formed
+files for their numbers (`numbers`). Checks that need a damaged file are reported as not made.
 """
 
 import json
@@ -54,29 +53,29 @@ from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
-_BITS_OF_START = 128  # of a look at the initial state, to see whether there is one
+_BITS_OF_START = 128  # Precision of the check that the initial conditions can be reached.
 
 MEASURED: Mapping[str, str] = {
-    "schema": "is built as docs/files.md says",
-    "content_sha256": "is that of the numbers",
-    "states": "every value is the nearest to the exact one, proved again",
-    "row_zero": "times, and what is rational in row 0: the nearest binary64 and the rest",
-    "energy": "potential + kinetic = mechanical energy, constant, to {largest:.1e} of it",
-    "contact": "height of the front wheel over the floor at most {largest:.1e} m",
+    "schema": "structure as in docs/files.md",
+    "content_sha256": "the hash is that of the numbers",
+    "states": "every value is the binary64 nearest to the exact value, proved again",
+    "row_zero": "times and rational values of row 0 are correctly rounded",
+    "energy": "potential + kinetic = mechanical energy = constant, to {largest:.1e} of it",
+    "contact": "height of the front wheel above the floor is at most {largest:.1e} m",
     "columns": "all columns follow from each row's own state, to {largest:.1e} of their scale",
     "motion_state": "all columns follow from each row's state, to {largest:.1e} of their scale",
     "motion_identities": "unit quaternions, wheels on the floor, to {largest:.1e}",
     "rolling": "contact point and wheels move at the rates of the rows, to {largest:.1e}",
-    "dense_rows": "dense output at the rows, to {largest:.1e} of the scale",
-    "dense_joins": "jumps between dense pieces at most {largest:.1e} of the scale",
-    "text": "every number is that of the HDF5 file",
+    "dense_rows": "dense output agrees with the rows, to {largest:.1e} of the scale",
+    "dense_joins": "jumps between dense pieces are at most {largest:.1e} of the scale",
+    "text": "every number agrees with the HDF5 file",
     "certificate": "bounds agree with the files; the largest is {largest:.2e}",
-    "integration": "eq. (1) of its own energy is at most {largest:.1e} %",
-    "candidate_joins": "pieces join exactly, from the initial state",
+    "integration": "eq. (1) of the candidate's own energy is at most {largest:.1e} %",
+    "candidate_joins": "pieces join exactly and begin at the initial state",
     "equations_of_motion": "the equations hold at the rows, to {largest:.1e} rad/s^2",
-    "rounding": "hi and lo are the nearest to the candidate's values, to the last bit",
+    "rounding": "hi and lo are the candidate's values, correctly rounded to the last bit",
     "row_bounds": "bounds are those of the certificate, at most {largest:.1e} of the scale",
-    "digits": "all 50 digits are the candidate's, correctly rounded",
+    "digits": "all 50 digits are the candidate's values, correctly rounded",
     "numbers": "",
 }
 """Message of each check that passes; ``{largest}`` is the largest measured value."""
@@ -102,23 +101,23 @@ CHECKS: tuple[tuple[Callable[..., None], tuple[str, ...], Mapping[str, str]], ..
         {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50},
     ),
 )
-"""The checks of the numbers of a maneuver: what looks at a `StoredManeuver`, the files without
-which it cannot, and the names of the checks that come of it with the files that these are about.
-What looks gets a `Tally` for each of these, in their order."""
+"""Checks of the numbers of a maneuver: a function, the files that it needs, and the names of its
+checks with the file that each is about. The function is called with a `StoredManeuver` and a
+`Tally` for each of its checks, in this order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """Contents of the files of a set.
+    """Contents of the files of a dataset.
 
     Attributes
     ----------
     parts : list of StoredManeuver
-        Empty if the inputs of the manifest are not usable.
+        Empty if the inputs in the manifest cannot be used.
     names : mapping of str to tuple of str
-        Names of the files that the set has or should have, by what they are called in `CHECKS`.
+        Names of the files that the dataset has or should have, by their names in `CHECKS`.
     sound : set of str
-        Names of the files that are whole and built as they should be.
+        Names of the undamaged, well-formed files.
     """
 
     parts: list[StoredManeuver]
@@ -132,33 +131,34 @@ def verify(
     rerun: Literal["full", "quick"] | None = None,
     progress: Progress | None = None,
 ) -> Verification:
-    """Check every file and every number of a reference set.
+    """Check every file and every number of a dataset.
 
-    As ``heyoka-bike verify`` does. A script that calls it has to guard itself by
-    ``if __name__ == "__main__"``: each maneuver gets a process of its own.
+    This is what ``heyoka-bike verify`` does. Each maneuver is checked in its own process, so a
+    script that calls this function needs the guard ``if __name__ == "__main__"``.
 
     Parameters
     ----------
     folder
-        The set; by default the published one that comes with the package.
+        Folder of the dataset; by default the published one that comes with the package.
     rerun
-        Integrate again too, if nothing else is wrong, and count the digits that agree:
-        at the precision of the set and 20 digits more, or at binary128 and 40 digits.
+        If given and no check fails, integrate the motion again and count the digits that agree:
+        ``full`` with the precision of the dataset and with 20 more digits, ``quick`` with binary128
+        and 40 digits.
     progress
-        Called while integrating again with the maneuver and precision, the stage (``waiting``,
-        ``integrate``, ``compare``) and the share of that stage that is done, 0 to 1.
+        Called during a rerun with the name of the maneuver and the precision, the stage
+        (``waiting``, ``integrate``, ``compare``) and the completed fraction of that stage, 0 to 1.
 
     Returns
     -------
     Verification
-        Every check with its outcome; a failed one is no error.
+        Every check with its outcome; a failed check does not raise an error.
 
     Raises
     ------
     DatasetError
-        The folder cannot be read, or is no reference set at all.
+        The folder cannot be read, or is not a dataset.
     MissingPackageError
-        heyoka is not installed, and `rerun` is given.
+        `rerun` is given, but heyoka is not installed.
     """
     if rerun is None:
         return _verified(folder)
@@ -181,9 +181,10 @@ def _verified(folder: str | Path | None) -> Verification:
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file of a set: how it is built, what it has, and what it is called in `CHECKS`.
+    """A file of a dataset: its structure check, its reader, and its name in `CHECKS`.
 
-    `check` is the name of the check that looks for problems; `kind` is by default the name.
+    `check` is the name of the check that reports the problems. `kind` is the name in `CHECKS`, by
+    default the file name.
     """
 
     name: str
@@ -197,17 +198,17 @@ class _File:
 def read_content(
     folder: Path, manifest: Manifest, data: Mapping[str, bytes]
 ) -> tuple[Content, list[Check]]:
-    """The maneuvers of a set, and the checks of how its files are built.
+    """Return the maneuvers of a dataset, and the checks of the structure of its files.
 
     Parameters
     ----------
     data
-        Contents of the files that are what the manifest says.
+        Contents of the files that match the manifest.
     """
     try:
         bicycle, maneuvers = _inputs(manifest)
     except DAMAGE as e:
-        message = f"its inputs cannot be used: {' '.join(str(e).split()):.200}"
+        message = f"the inputs cannot be used: {' '.join(str(e).split()):.200}"
         return Content([], {}, set()), [Check("inputs", False, MANIFEST, message, {"values": 0})]
     count = len(PARAMETERS) + len(STATE_INPUTS) * len(maneuvers)
     shown = f"{bicycle.name}, {len(maneuvers)} maneuvers"
@@ -232,7 +233,7 @@ def read_content(
             for number, content in file.read():
                 found[number - 1][kind] = content
         if check.passed and file.name == HDF5:
-            # The numbers are looked at even where their hash is another one.
+            # The numbers are checked even if their hash is wrong.
             differs = schema.content_differs
             checks.append(_structure("content_sha256", HDF5, differs, data, expected))
     parts = []
@@ -252,7 +253,7 @@ def read_content(
 def _files(
     folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: form.SetForm
 ) -> Iterator[_File]:
-    """The files that a set has, or may have, in the order in which they are looked at."""
+    """Yield the required and optional files of a dataset, in the order of their checks."""
 
     def groups(name: str) -> Callable[[bytes, form.SetForm], Iterator[str]]:
         return partial(form.of_groups, name=name)
@@ -269,7 +270,7 @@ def _files(
     for file in layout.text_files(expected.maneuvers):
         kind, problems = TEXT_50 if file.is_long else TEXT, partial(schema.of_text, file=file)
         yield _File(file.name, problems, partial(read_text, file), kind)
-    # Sets of older versions have none of these.
+    # Datasets of older versions may lack these files.
     optional = partial(_File, is_optional=True)
     yield optional(layout.SENSITIVITIES, groups(layout.SENSITIVITIES))
     yield optional(MOTION, groups(MOTION), lambda: load_motion(folder).items())
@@ -284,9 +285,9 @@ def _structure(
     check: str, name: str, look: Callable[..., Iterator[str]], data: Mapping[str, bytes],
     expected: form.SetForm,
 ) -> Check:  # fmt: skip
-    """A check of how a file is built."""
+    """Return the check of the structure of a file."""
     if name not in data:
-        message = f"not checked: {name} is not what the manifest says"
+        message = f"not checked, because {name} does not match the manifest"
         return Check(check, None, name, message, {"values": 0})
     tally, message = Tally(check, name, values=len(data[name])), MEASURED[check]
     problems = form.problems_of(look, data[name], expected)
@@ -295,21 +296,21 @@ def _structure(
         if not isinstance(problem, form.Unchecked):
             tally.fail(problem)
     if unchecked:
-        message += f"; not checked, as it is older: {', '.join(dict.fromkeys(unchecked))}"
+        message += f"; not checked in this older dataset: {', '.join(dict.fromkeys(unchecked))}"
     return tally.done(message)
 
 
 def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
-    """Bicycle and maneuvers of a manifest, with an initial state that can be reached."""
+    """Return the bicycle and the maneuvers of a manifest, after checking the initial states."""
     given = manifest.inputs
     bicycle = Bicycle.parse(given["bicycle"]["name"], given["bicycle"]["parameters"])
     maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
     if describe_inputs(bicycle, maneuvers) != given or not maneuvers:
-        raise ValueError("they are not written as 'heyoka-bike generate' writes them")
+        raise ValueError("their form is not that of 'heyoka-bike generate'")
     equations = Equations.of(bicycle, Balls(_BITS_OF_START))
     for m in maneuvers:
         if m.duration <= 0 or (m.duration / m.spacing).denominator != 1:
-            raise ValueError(f"{m.name}: its duration is no number of its spacings")
+            raise ValueError(f"{m.name}: the duration is not a multiple of the spacing")
         initial_state(equations, m)
     return bicycle, maneuvers
 
@@ -320,14 +321,14 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     known = {*(file.name for file in files), *layout.AFTER_FILES}
     extra = [n for n in manifest.files if n not in known]
     problems = [f"has no entry for {name}" for name in missing]
-    problems += [f"has an entry for {n!r:.60}, which is not part of a set" for n in extra]
-    message = ", ".join(problems) or "lists the files of a set"
+    problems += [f"has an entry for {n!r:.60}, which is not part of a dataset" for n in extra]
+    message = ", ".join(problems) or "lists the files of a dataset"
     evidence = {"values": len(expected), "failures": len(problems)}
     return Check("file_list", not problems, MANIFEST, message, evidence)
 
 
 def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
-    """All checks of the numbers of a maneuver for which there are files."""
+    """Make all checks of a maneuver's numbers for which its files suffice."""
     found: list[Tally] = []
     for look, needed, made in CHECKS:
         if not part.files.keys() >= {*needed}:
@@ -336,10 +337,10 @@ def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
         try:
             look(part, *tallies)
         except DAMAGE as e:
-            # Numbers so far off that they overflow.
+            # Numbers that are wrong by many orders of magnitude can overflow.
             tally = Tally("numbers", tallies[0].file)
             what = f"{type(e).__name__}: {' '.join(str(e).split()):.200}"
-            tally.fail(f"maneuver {part.number}: its numbers cannot be evaluated ({what})")
+            tally.fail(f"maneuver {part.number}: the numbers cannot be evaluated ({what})")
             found.append(tally)
         else:
             kinds = zip(tallies, made.values(), strict=True)
@@ -348,7 +349,7 @@ def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
 
 
 def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
-    """One check of each kind and file for all maneuvers."""
+    """Return one check of each kind and file, joined over all maneuvers."""
     order = list(MEASURED)
     joined: dict[tuple[str, str], Tally] = {}
     for tally in (tally for tallies in results for tally in tallies):
@@ -364,7 +365,7 @@ def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
 
 
 def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
-    """The checks of the numbers for which a file was not whole."""
+    """Yield the checks of the numbers that were not made because a file is damaged."""
     done = {(check.check, check.file) for check in made}
     for _, needed, tallies in CHECKS:
         for name, kind in tallies.items():
@@ -383,26 +384,26 @@ def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
 def check_files(
     folder: Path, *, is_published: bool = False
 ) -> tuple[Manifest | None, Mapping[str, bytes], list[Check]]:
-    """Compare the files of a folder with its manifest, and the manifest with what is known of it.
+    """Compare the files of a folder with its manifest, and the manifest with its known hash.
 
     Parameters
     ----------
     folder
     is_published
-        True if it has to be the published set; else its own manifest decides.
+        True if the folder must contain the latest published dataset; else any dataset is accepted.
 
     Returns
     -------
     Manifest or None
-        None if it is not usable.
+        None if the manifest cannot be used.
     mapping of str to bytes
-        Contents by name of the files that are what the manifest says.
+        Contents of the files that match the manifest, by name.
     list of Check
 
     Raises
     ------
     DatasetError
-        The folder cannot be read, or is no reference set at all.
+        The folder cannot be read, or is not a dataset.
     """
     try:
         present = sorted(os.listdir(folder))
@@ -412,7 +413,7 @@ def check_files(
         raw = manifest_file.read_raw(folder)
         manifest = manifest_file.parse(raw, folder / MANIFEST)
     except DatasetError as e:
-        # A folder that holds this file is a set, whatever is wrong with its manifest.
+        # A folder with this file is a dataset, even if its manifest is damaged.
         if HDF5 not in present:
             raise DatasetError(str(e)) from None
         return None, {}, [Check("manifest", False, MANIFEST, str(e), {"values": 0})]
@@ -433,33 +434,35 @@ def check_files(
 
 def _form(raw: bytes) -> Check:
     problem = manifest_file.problem_of_form(raw)
-    message = problem or "is written the way 'heyoka-bike generate' writes it"
+    message = problem or "the form is that of 'heyoka-bike generate'"
     return Check("manifest", not problem, MANIFEST, message, {"values": len(raw)})
 
 
 def _known(manifest: Manifest, *, is_published: bool) -> Check:
-    """The manifest of a published set is the one whose hash the package knows."""
+    """Check that the manifest of a published dataset has the hash that the package knows."""
     version, found = manifest.dataset_version, manifest.sha256
     short, last = f"sha256 {found[:12]}...", manifest_file.PUBLISHED_VERSION
     passed = True
     if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
-        message = f"{short} is that of the published set {version}"
+        message = f"{short} is that of the published dataset {version}"
     elif found == PUBLISHED_MANIFESTS.get(version) and not is_published:
         message = (
-            f"{short} is that of the published set {version}; this version of the package has "
-            f"{last}"
+            f"{short} is that of the published dataset {version}; this version of the package "
+            f"contains {last}"
         )
     elif version == manifest_file.CUSTOM and not is_published:
-        message = f"a set of your own: the package knows no hash to expect (found {short})"
+        message = f"your own dataset, for which the package knows no hash (found {short})"
     else:
         passed = False
-        expected = f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {last}"
+        expected = (
+            f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published dataset {last}"
+        )
         message = f"found {short} of dataset version {version!r:.40}, expected {expected}"
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
 
 def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes | None]:
-    """The check of a file, and its contents if they are what the manifest says."""
+    """Return the check of a file, and its contents if they match the manifest."""
     try:
         data = manifest_file.contents(folder, name, size, digest)
     except manifest_file.MemberError as e:
@@ -484,6 +487,6 @@ def _extra(extra: Sequence[str]) -> Check:
     message = "no other files"
     if extra:
         shown = ", ".join(f"{name!r:.60}" for name in extra[:5])
-        message = f"also there, not part of the set: {shown}" + (", ..." if extra[5:] else "")
+        message = f"not part of the dataset: {shown}" + (", ..." if extra[5:] else "")
     evidence = {"values": len(extra), "files": list(extra)}
     return Check("other_files", True, MANIFEST, message, evidence)

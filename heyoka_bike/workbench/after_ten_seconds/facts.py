@@ -106,7 +106,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: OnTime | None = None) 
     """
     cycle = prove_cycle(run, like, progress)
     if not cycle.is_attracting:
-        raise NotCertifiedError(f"{run.maneuver.name}: it is not shown to be attracting")
+        raise NotCertifiedError(f"{run.maneuver.name}: the cycle is not proved to be attracting")
     at = evaluator(run, certificate=cycle.certificate)
     with at.balls.precision():
         half = cycle.half_period
@@ -145,7 +145,7 @@ def fall_fact(run: Trajectory, progress: OnTime | None = None) -> Fact:
     Raises
     ------
     NotCertifiedError
-        The lift is not proved, or a wheel may be pulled down before.
+        The lift is not proved, or a wheel may lift earlier.
     """
     certificate = enclose(run, progress)
     at = evaluator(run, certificate=certificate)
@@ -157,7 +157,7 @@ def fall_fact(run: Trajectory, progress: OnTime | None = None) -> Fact:
             if not e.time > lift.time
         ]  # fmt: skip
         if before or not start > 0 or lift.rises:
-            raise NotCertifiedError(f"{run.maneuver.name}: a wheel may be pulled down sooner")
+            raise NotCertifiedError(f"{run.maneuver.name}: a wheel may lift earlier")
         time, roll = _largest(at, KINDS[GREATEST_LEAN], "roll_angle", lift.time)
         there, on_floor = at.columns(lift.time), forces(at.equations, at.state(lift.time))
         leaning = forces(at.equations, at.state(time))
@@ -181,7 +181,7 @@ def _fact(maneuver: Maneuver, statement: str, numbers: Mapping[str, flint.arb]) 
 
 def _first(run: Trajectory, found: Sequence[Event], what: str) -> Event:
     if not found or not found[0].is_single:
-        raise NotCertifiedError(f"{run.maneuver.name}: it is not shown when {what}")
+        raise NotCertifiedError(f"{run.maneuver.name}: it is not proved when {what}")
     return found[0]
 
 
@@ -200,7 +200,7 @@ def _largest(
     sizes = [abs(at.columns(t)[column]) for t in times]
     best = max(range(len(times)), key=lambda i: float(sizes[i].mid()))
     if not all(x < sizes[best] for i, x in enumerate(sizes) if i != best):
-        raise NotCertifiedError(f"{run.maneuver.name}: it is not shown where {column} is largest")
+        raise NotCertifiedError(f"{run.maneuver.name}: it is not proved where {column} is largest")
     return times[best], sizes[best]
 
 
@@ -238,7 +238,9 @@ def prove_facts(
     bicycle, maneuvers = benchmark()
     for run in (cycle, fall):
         if describe_inputs(run.bicycle, []) != describe_inputs(bicycle, []):
-            raise NotCertifiedError(f"{run.maneuver.name}: it is not about the benchmark's bicycle")
+            raise NotCertifiedError(
+                f"{run.maneuver.name}: the bicycle is not that of the benchmark"
+            )
     if _start(fall.maneuver) != _start(maneuvers[2]):
         raise NotCertifiedError(f"{fall.maneuver.name}: it does not start as {maneuvers[2].name}")
     weaving, falling = side_by_side(
@@ -343,7 +345,7 @@ def certify_after(
                 f"proved {text}"
             )
     if raw != render_facts(facts, lambda x, about, name: _digits(found[about, name])):
-        raise NotCertifiedError(f"{where / AFTER}: its inputs or sentences are not what is proved")
+        raise NotCertifiedError(f"{where / AFTER}: inputs or sentences differ from those proved")
     return facts
 
 

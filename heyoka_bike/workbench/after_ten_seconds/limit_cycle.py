@@ -250,7 +250,7 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: OnTime | None = None)
         flow = near.derivative(times) * _start_slopes(tilt)
     uprights = list(events(run, (UPRIGHT,), near.certificate))
     if len(uprights) != 1 or not uprights[0].is_single:
-        raise _refused(run, "it is not shown to come upright once")
+        raise _refused(run, "it is not proved that the motion is upright exactly once")
     with working_bits(MATRIX_BITS):
         _check_krawczyk(run, rest, _derivative(flow, rates, by_energy), radius)
         return Cycle(run, near.certificate, times, _multipliers(run, flow, rates, by_energy))
@@ -340,11 +340,11 @@ def _multipliers(
     try:
         values = matrix.eig()
     except ValueError:
-        raise _refused(run, "the multipliers are not told apart") from None
+        raise _refused(run, "the multipliers cannot be separated") from None
     # The conjugate of an enclosure of one eigenvalue encloses an eigenvalue too. If it overlaps no
     # other enclosure, the eigenvalue is real.
     if any(a.overlaps(b.conjugate()) for a, b in permutations(values, 2)):
-        raise _refused(run, "the multipliers are not shown to be real")
+        raise _refused(run, "the multipliers are not proved to be real")
     return tuple(sorted((x.real for x in values), key=lambda x: -abs(float(x.mid()))))
 
 

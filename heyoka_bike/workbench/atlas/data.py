@@ -13,12 +13,12 @@ from heyoka_bike.numbers.double import Array
 
 UNDECIDED, UPRIGHT, CYCLE, LIFTS, FALLS, WEAVES = range(6)
 FATES: Mapping[str, str] = {
-    "undecided": "none of the others when the motion was left",
+    "undecided": "not decided within the time limit",
     "upright": "converges to steady straight running, both wheels pressed to the floor",
     "cycle": "approaches a limit cycle, both wheels pressed to the floor",
-    "lifts": "a wheel would have to be pulled to the floor; the model recovers all the same",
-    "falls": "turns its handlebar by a right angle, or comes to where its equations end",
-    "weaves": "weaves without repeating itself as long as it was followed, both wheels pressed",
+    "lifts": "a wheel would have to be pulled to the floor, but the motion of the model recovers",
+    "falls": "the handlebar turns by a right angle, or the equations reach a singularity",
+    "weaves": "weaves without repeating itself until the time limit, both wheels pressed",
 }
 """Classes of long-term behaviour: name and meaning, in the order of their numbers."""
 
@@ -49,16 +49,14 @@ class Variable:
 
 VARIABLES: Mapping[str, Variable] = {
     "fate": Variable("long-term behaviour", "1", "int8", tuple(FATES)),
-    "fate_time": Variable(
-        "time after which it is settled, or of the fall, or that it was followed", "s"
-    ),
+    "fate_time": Variable("time of settling or of the fall, or else the time limit", "s"),
     "lift_time": Variable("first time that a wheel would have to be pulled to the floor", "s"),
     "lift_wheel": Variable("wheel that leaves the floor first", "1", "int8", WHEELS),
-    "final_speed": Variable("speed that is come to, the mean of one that weaves", "m s-1"),
+    "final_speed": Variable("final speed, the mean speed of a motion that weaves", "m s-1"),
     "largest_lean": Variable("largest magnitude of the roll angle up to fate_time", "rad"),
     "largest_steer": Variable("largest magnitude of the steer angle up to fate_time", "rad"),
     "condition": Variable(
-        "largest factor by which a small error of the start is magnified within 10 s", "1"
+        "largest factor by which a small initial error is magnified within 10 s", "1"
     ),
 }
 """The quantities by name; NaN stands for a missing value."""

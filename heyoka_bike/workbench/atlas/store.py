@@ -25,7 +25,7 @@ from heyoka_bike.workbench.atlas.design import Chunk, Design
 _CHECKSUM = "checksum"
 _EDGE_ARRAYS = ("edge_at", "edge_stays", "edge_falls")
 _KIND = "heyoka_bike atlas"
-_AGAIN = "the command that made it makes this anew"
+_AGAIN = "repeat the command that made the atlas"
 
 
 class AtlasStore:
@@ -84,7 +84,7 @@ class AtlasStore:
             if len(values):
                 array[:] = values
         self._group.attrs["edge"] = "to neighbouring binary64 numbers"
-        _sign(self._group, "edge")
+        _store_checksum(self._group, "edge")
         _zarr().consolidate_metadata(self._group.store, zarr_format=2)
 
     def _open_or_refuse(self, folder: Path, provenance: Mapping[str, str], force: bool) -> None:
@@ -95,7 +95,7 @@ class AtlasStore:
             found = {}
         if found.get("kind") != _KIND:
             raise InputError(
-                "found a folder that is no atlas, expected one, or a new or empty folder",
+                "the folder contains something other than an atlas; use an empty or new folder",
                 file=folder,
             )
         differing = [key for key, x in provenance.items() if found["provenance"].get(key) != x]
@@ -105,8 +105,8 @@ class AtlasStore:
         if not force:
             what = f"differs in {', '.join(differing)}" if differing else "is damaged"
             raise InputError(
-                f"found an atlas that {what}, expected this one: "
-                "another folder, or --force to replace it",
+                f"the folder contains an atlas that {what}; use another folder, or --force to "
+                "replace it",
                 file=folder,
             )
         self._group = _make(folder, self.design, provenance)
@@ -153,7 +153,7 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
     count = tuple(-(-n // design.side) for n in design.shape)
     said = {"long_name": "of the chunks of the grid, 0 of one that is missing"}
     _array(group, _CHECKSUM, ("chunk_0", "chunk_1"), count, "uint64", said, (1, 1))
-    _sign(group, "grid")
+    _store_checksum(group, "grid")
     zarr.consolidate_metadata(group.store, zarr_format=2)
     return group
 
@@ -195,11 +195,11 @@ def load_atlas(folder: str | Path) -> Atlas:
         group = zarr.open_group(Path(folder), mode="r", zarr_format=2)
         said = dict(group.attrs)
         if said.get("kind") != _KIND:
-            raise ValueError("it is something else")
+            raise ValueError("the store is not an atlas of heyoka_bike")
         if not _checksum_matches(group, "grid"):
-            raise ValueError("its grid is damaged")
+            raise ValueError("the grid is damaged")
         if said["edge"] and not _checksum_matches(group, "edge"):
-            raise ValueError(f"its edge is damaged: {_AGAIN}")
+            raise ValueError(f"the basin boundary is damaged: {_AGAIN}")
         first, second = (GridAxis(name, group[name][:]) for name in said["axes"])
         return Atlas(
             bicycle=Bicycle.parse(said["bicycle"]["name"], said["bicycle"]["parameters"]),
@@ -242,7 +242,7 @@ def _chunk(group: Any, which: Chunk, part: tuple[slice, slice]) -> dict[str, Arr
     return values if values and kept and kept[_CHECKSUM] == _checksum(values) else None
 
 
-def _sign(group: Any, what: str) -> None:
+def _store_checksum(group: Any, what: str) -> None:
     """Store the checksum of the grid or of the basin boundary."""
     group.attrs["checksums"] = {**group.attrs["checksums"], what: _signature(group, what)}
 

@@ -1,4 +1,4 @@
-"""Speed of the fast path in other uses: batches, long runs, the first call; and its limit.
+"""Speed of the fast simulation in other uses: batches, long runs, the first call; and its limit.
 
 The `floor` is the time that a processor needs for only the products of Taylor steps. A step of
 order n has (n + 1) (n + 2) / 2 products of numbers for each product of two variables of the

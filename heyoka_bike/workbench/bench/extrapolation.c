@@ -1,9 +1,9 @@
-/* Extrapolation in binary128 to compare with: the explicit midpoint rule with 2, 4, 6, ... steps,
+/* Extrapolation in binary128, for comparison: the explicit midpoint rule with 2, 4, 6, ... steps,
    extrapolated by Aitken and Neville's scheme, with a fixed number of columns.
 
    W. B. Gragg, On extrapolation algorithms for ordinary initial value problems, SIAM Journal
    on Numerical Analysis 2, 384-403 (1965); E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
-   Equations I, 2nd edition, Springer 1993, section II.9. equations.h is written from the model. */
+   Equations I, 2nd edition, Springer 1993, section II.9. equations.h is generated from the model. */
 
 #include <quadmath.h>
 #include <stdio.h>
@@ -20,7 +20,7 @@ typedef __float128 real;
 
 #include "equations.h"
 
-/* One step of length h: the result, and in `error` how far it is from the one before it. */
+/* Computes one step of length h; returns its error, estimated by the difference of the last two results. */
 static real step(int columns, real h, const real *y, const real *first, real *end)
 {
     static const real two = 2;
@@ -34,7 +34,7 @@ static real step(int columns, real h, const real *y, const real *first, real *en
             slope(here, f);
             EACH { const real next = before[i] + two * d * f[i]; before[i] = here[i]; here[i] = next; }
         }
-        /* t[j - k] becomes the entry of column k, from the first one on. */
+        /* t[j - k] becomes the entry of column k, starting with the first column. */
         EACH t[j][i] = here[i];
         for (int k = 1; k <= j; k++) {
             const real q = (real)(j + 1) / (j + 1 - k), w = 1 / (q * q - 1);
@@ -49,8 +49,8 @@ static real step(int columns, real h, const real *y, const real *first, real *en
     return error;
 }
 
-/* From the state at time 0 to `duration`, numbers as text; the calls of the right-hand side, or -1
-   for a run that does not get there. */
+/* Integrates from time 0 to `duration`, with numbers as text. Returns the number of calls of the
+   right-hand side, or -1 if the run does not reach its end. */
 long extrapolate(
     int columns, const char *const *start, const char *duration, double tolerance, char (*found)[64])
 {

@@ -147,7 +147,7 @@ class Heyoka(TimedCode):
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
         times, expected = problem.times, problem.expected
         if self.precision == "binary128" and not has_binary128():
-            raise Unavailable("not in this heyoka")
+            raise Unavailable("not in this version of heyoka")
         number = NativeNumbers(Precision.of(self.precision)).type
         if self.precision == "binary128":
             expected = problem.reference.rows
@@ -181,7 +181,7 @@ class Heyoka(TimedCode):
 
 @dataclass(eq=False)
 class Tuned(TimedCode):
-    """The fast path of this package, by the tolerance of its steps; all maneuvers run at once."""
+    """The fast simulation of this package, by step tolerance; all maneuvers run at once."""
 
     counts: str = "steps"
     _build: float = field(default=0.0, init=False, repr=False)

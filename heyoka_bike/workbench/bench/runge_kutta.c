@@ -1,10 +1,10 @@
-/* Runge-Kutta integrators to compare with: adaptive DOPRI5 and DOP853 with their dense output, and
+/* Runge-Kutta integrators for comparison: adaptive DOPRI5 and DOP853 with their dense output, and
    the classical RK4 at a fixed step.
 
    The formulas and step laws are those of E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary
    Differential Equations I, 2nd edition, Springer 1993, and of their programs dopri5.f and
-   dop853.f, with the options' default values. equations.h is written from the model, and has the
-   weighted sums of DOP853's step from ../fast/dop853.toml. */
+   dop853.f, with the options' default values. equations.h is generated from the model, and contains
+   the weighted sums of DOP853's step from ../fast/dop853.toml. */
 
 #include <math.h>
 
@@ -15,7 +15,7 @@
 #define MOST_STEPS 10000000
 #define EACH for (int i = 0; i < N; i++)
 
-/* The GNU C library has sines of whole vectors, which compilers are told of under -ffast-math only. */
+/* The GNU C library has vectorised sines and cosines, but declares them only under -ffast-math. */
 #if defined(__GLIBC__) && defined(__x86_64__) && !defined(__clang__)
 extern double sin(double) __attribute__((simd("notinbranch"), const));
 extern double cos(double) __attribute__((simd("notinbranch"), const));
@@ -180,8 +180,8 @@ static void dop853_dense(
 struct method {
     double (*step)(double, const double *, double (*)[N], double *, double);
     void (*dense)(double, const double *, double (*)[N], const double *, double (*)[N]);
-    int order, last, calls, dense_calls, terms; /* last: the stage that is the next step's first */
-    double beta, least, most;                   /* of the step law; limits of one change */
+    int order, last, calls, dense_calls, terms; /* last: stage that is the first of the next step */
+    double beta, least, most;                   /* exponent of the step controller; limits of a change of the step */
 };
 
 static const struct method METHODS[] = {
@@ -196,7 +196,7 @@ static double norm(const double *x, const double *y, double tol)
     return sqrt(square / N);
 }
 
-/* A first step from the first and an estimate of the second derivative. */
+/* Returns a first step from the first derivative and an estimate of the second. */
 static double first_step(int order, const double *y, const double *f, double tol, double longest)
 {
     const double size = norm(y, y, tol), slope_size = norm(f, y, tol);
@@ -215,8 +215,8 @@ static double first_step(int order, const double *y, const double *f, double tol
 #define CUBIC(above) UP(0, UP(1, UP(2, above)))
 #define SEVENTH(above) CUBIC(UP(3, UP(4, UP(5, UP(6, above)))))
 
-/* Rows from `row` on up to the time t + h; returns the first one beyond it. `terms`, 4, 5 or 8, is
-   a constant where it is called: then the compiler works on several rows at once. */
+/* Computes the rows from `row` up to the time t + h; returns the first row beyond. Callers pass
+   `terms` (4, 5 or 8) as a constant, so that the compiler vectorises over rows. */
 static inline __attribute__((always_inline)) long rows_of_step(
     long row, long n, const double *restrict times, double t, double h, const int terms,
     double (*restrict c)[N], double *restrict y)
@@ -267,7 +267,7 @@ static long adaptive(const struct method *m, const double *start, long n, const 
         if (times[row] <= t + h || is_last) {
             m->dense(h, y, k, end, c);
             calls += m->dense_calls;
-            /* The end of the last step is the last row, whatever its rounding. */
+            /* The last step ends at the last row, even if rounding makes it slightly shorter. */
             const double reach = is_last ? h * (1 + 1e-15) : h;
             row = m->terms == 5 ? rows_of_step(row, n, times, t, reach, 5, c, rows)
                                 : rows_of_step(row, n, times, t, reach, 8, c, rows);
@@ -282,7 +282,7 @@ static long adaptive(const struct method *m, const double *start, long n, const 
     return row == n ? calls : -1;
 }
 
-/* RK4 with steps of equal length, rows by cubic Hermite interpolation. */
+/* Integrates by RK4 with equal steps; the rows come from cubic Hermite interpolation. */
 static long fixed(const double *start, long n, const double *times, double longest, double *rows)
 {
     double y[N], end[N], s[N], k[5][N], c[4][N];
@@ -317,10 +317,10 @@ static long fixed(const double *start, long n, const double *times, double longe
     return row == n ? 4 * steps + 1 : -1;
 }
 
-/* The state and the eight columns at n times, one variable after the other.
+/* Computes the state and the eight columns at n times, one variable after the other.
 
-   method: 0 DOPRI5, 1 DOP853, with atol = rtol = tol; 2 RK4, with tol its longest step.
-   Returns how often the right-hand side was evaluated, or -1 for a run that did not get through. */
+   method: 0 DOPRI5, 1 DOP853, with atol = rtol = tol; 2 RK4, with tol as its longest step.
+   Returns the number of calls of the right-hand side, or -1 if the run did not reach its end. */
 long solve(int method, const double *start, long n, const double *times, double tol, double *y,
            double *out)
 {
@@ -330,7 +330,7 @@ long solve(int method, const double *start, long n, const double *times, double 
     return calls;
 }
 
-/* The right-hand side and the columns alone, to be checked. */
+/* Evaluates the right-hand side and the columns of one state, for tests. */
 void evaluate(const double *y, double *f, double *out)
 {
     slope(y, f);

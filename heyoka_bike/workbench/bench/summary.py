@@ -141,15 +141,15 @@ def _blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     machine, versions = document["machine"], document["versions"]
     said = (
         *_besides(document),
-        f"{document['rows']} rows of all eight columns; times of one run, building excluded; "
-        f"the codes of a class in turns, {document['runs']} times each, a slow one fewer times",
-        "min, median: after runs of the same code; cold: the processor's caches filled with "
-        "something else before",
-        "ratio: of the shortest time, to the fastest of the class",
-        "state error: the largest over the rows of roll and steer [rad], their rates [rad/s] "
+        f"{document['rows']} rows of all eight columns; times of one run without building; "
+        f"the codes of a class run in turns, {document['runs']} times each, slow codes less often",
+        "min, median: after runs of the same code; cold: with the processor's caches filled by "
+        "other data",
+        "ratio: shortest time over that of the fastest code in the class",
+        "state error: largest error in the rows of roll and steer [rad], their rates [rad/s] "
         "and the forward speed [m/s]",
-        "tolerance: heyoka_bike's is about the error of a step; of C RK4 and Exudyn it is the "
-        "step [s]; else relative and absolute (SciPy's relative one at least 2.2e-14)",
+        "tolerance: for heyoka_bike about the error of a step; for C RK4 and Exudyn the "
+        "step [s]; otherwise relative and absolute (SciPy's relative one at least 2.2e-14)",
         f"C: {' '.join(FLAGS)}",
         f"machine: {machine['cpu']}, {machine['cores']} cores, {machine['system']}",
         "versions: " + ", ".join(f"{k} {v}" for k, v in versions.items()),

@@ -1,4 +1,4 @@
-/* The judge of the header, compiled: what it finds of the columns of a text. */
+/* Scores the columns of a text with the compiled functions of the header. */
 
 const { keys, units, words, signs, styles, meanings, phrases, headings, unitWords, timeUnits } = data;
 const GIVEN = { log: Math.log, log10: Math.log10, sin: Math.sin, cos: Math.cos, atan2: Math.atan2, pow: Math.pow };
@@ -6,9 +6,9 @@ const bytes = Uint8Array.from(atob(data.wasm), (c) => c.charCodeAt(0));
 const judge = new WebAssembly.Instance(new WebAssembly.Module(bytes), { env: GIVEN }).exports;
 const MANEUVERS = Array.from({ length: judge.maneuvers() }, (_, i) => i + 1);
 const EXPECTED = `expected 9 or ${1 + 8 * MANEUVERS.length}`;
-// UB_LARGEST of the header: what is larger is no value.
+// UB_LARGEST of the header: larger numbers count as missing.
 const MOST_VALUE = 1e150;
-// In the order of `number` of checker.c.
+// In the order of the function `number` in checker.c.
 const MEASURES = ["rows", "digits", "mescd", "max_error", "time_of_max", "rms_error", "column", "sign", "factor", "offset", "grade", "never_filled"];
 
 function string(address) {

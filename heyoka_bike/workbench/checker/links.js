@@ -1,12 +1,12 @@
-/* Links: a short text itself, or what was found of a longer one. What a link carries is checked before
-   any of it is shown, and a result is computed from its cells. */
+/* Links to results. A link contains a short text itself, or the result of a longer one. The content is
+   checked before any of it is shown. The verdict is computed from the cells of the result. */
 
 const MOST_IN_LINK = 8000;
 const PARTS = 40;
 
 async function through(stream, input, most = Infinity) {
   const writer = stream.writable.getWriter();
-  // A stream that is damaged fails where it is read.
+  // A damaged stream raises its error when it is read.
   writer.write(input).catch(() => {});
   writer.close().catch(() => {});
   const pieces = [];
@@ -15,7 +15,7 @@ async function through(stream, input, most = Infinity) {
     const { done, value } = await reader.read();
     if (done) break;
     size += value.length;
-    if (size > most) throw new Unreadable(`the link unpacks to more than ${most / 1e6} MB`);
+    if (size > most) throw new Unreadable(`the link expands to more than ${most / 1e6} MB`);
     pieces.push(value);
   }
   return new Uint8Array(await new Blob(pieces).arrayBuffer());
@@ -31,7 +31,8 @@ async function unpacked(text) {
   return new TextDecoder().decode(await through(new DecompressionStream("deflate-raw"), input, MOST_BYTES));
 }
 
-// The text itself if it is short, else the cells: digits, and errors in parts of the run.
+// Returns a link with the text itself if it is short, else with the cells of the result: digits, and the largest
+// error in each part of the run.
 async function link() {
   const address = location.href.split("#")[0];
   if (!shown.file) return location.href;
@@ -55,14 +56,14 @@ const isText = (x) => typeof x === "string" && x.length <= 200;
 const isCount = (x, most) => Number.isInteger(x) && x >= 0 && x <= most;
 const hasOnly = (x, names) => typeof x === "object" && x !== null && !Array.isArray(x) && Object.keys(x).length === names.length && names.every((name) => Object.hasOwn(x, name));
 
-// True if a cell has all that is shown of it, and nothing else.
+// True if a cell has exactly the entries that the page shows.
 function isCell(c) {
   return hasOnly(c, [...CELL, "errors"]) && MANEUVERS.includes(c.maneuver) && isCount(c.key, keys.length - 1) && MEASURES.every((name) => Number.isFinite(c[name])) &&
     isCount(c.column, judge.count_columns() - 1) && judge.of(c.column) === c.key && isCount(c.grade, words.length - 1) && c.grade > 0 && c.rows > 0 && c.max_error >= 0 &&
     Array.isArray(c.errors) && c.errors.length === PARTS && c.errors.every((x) => x === null || Number.isFinite(x));
 }
 
-// What a link says of a file that is not here; null if it is not of that form.
+// Returns the result in a link without the file; null if the content has another form.
 function linked(found) {
   if (!hasOnly(found, ["name", "whole", "cells"]) || !isText(found.name) || typeof found.whole !== "boolean" || !Array.isArray(found.cells)) return null;
   const places = new Set(found.cells.map((c) => c && `${c.maneuver} ${c.key}`));
@@ -77,7 +78,7 @@ function linked(found) {
   const how = grade < styles.indexOf("wrong") && !isWhole ? phrases.in_part + columns : "";
   const digits = worst.digits < 0 ? phrases.no_digit : `${phrases.worst} ${oneDecimal(worst.digits)} ${phrases.correct_digits}`;
   const line = `shared, not checked here: ${words[grade]}${how}, ${digits} (${label(worst)})`;
-  return { name: found.name, line, style: "shared", cells, isWhole, remarks: ["this link has what was found, not the file: drop the file to judge it"], file: null };
+  return { name: found.name, line, style: "shared", cells, isWhole, remarks: ["this link contains a result, not the file: drop the file to judge it"], file: null };
 }
 
 async function open() {
@@ -85,7 +86,7 @@ async function open() {
   const [, kind, text] = location.hash.match(/^#(text|result)=([\w-]+)$/) || [];
   hideResult();
   const isNewest = begun();
-  let problem = "the link has no result, or not all of it";
+  let problem = "the link contains no result, or only a part of one";
   try {
     const found = kind && JSON.parse(await unpacked(text));
     if (!isNewest()) return;

@@ -1,12 +1,12 @@
-/* The exact motion as scenes of the replay, and beside it that of a file: derived as `animate` derives it.
-   `kinematics` is the model's own; names and limits are those of scenes.py. */
+/* Scenes of the replay: the exact motion, and next to it the motion of a file, derived as in `animate`.
+   `kinematics` is generated from the model. Names and limits are those of scenes.py. */
 
 const MOVING = data.replay.states.map((key) => keys.indexOf(key));
-const STEPS = 2;  // of a frame: places of the exact motion are within 1e-7 m
+const STEPS = 2;  // integration steps per frame: positions of the exact motion are accurate to 1e-7 m
 const COUNTED = ["rear_wheel", "front_wheel", "track"];
 
-// A motion in frames from a start until it does not stand on its wheels; `state` gives the columns of
-// `MOVING` at a time. The integrals are Simpson's, in parts of each frame.
+// Returns a motion in frames, up to the last one in which the bicycle stands on its wheels. `state` returns the
+// columns of `MOVING` at a time. Positions are integrated by Simpson's rule in steps of each frame.
 function followed(state, times, start) {
   const { fallen, smallestGap } = data.replay;
   const at = (t, near) => {
@@ -52,13 +52,13 @@ function exactScenes() {
   });
 }
 
-// Each scene with the result's motion, and with notes what of it is the file's, or why there is none.
+// Returns each scene with the result's motion and notes on its sources, or with a note why there is no motion.
 const scenesBeside = (result, exactly) => exactly.map((scene) => {
   const found = besideOf(scene, result);
   return typeof found === "string" ? { scene, notes: [found] } : { scene: { ...scene, result: found.result }, notes: found.notes };
 });
 
-// At ascending times, what is between and beyond rows: linear, and as at the ends.
+// Returns values interpolated linearly between rows, and constant before the first and after the last row.
 function interpolated(times, values, t) {
   let low = 0, high = times.length - 1;
   if (t <= times[0]) return values[0];
@@ -70,7 +70,7 @@ function interpolated(times, values, t) {
   return values[low] + ((values[high] - values[low]) * (t - times[low])) / (times[high] - times[low]);
 }
 
-// Times and errors of its columns of the motion, up to the first row that has not all of them.
+// Returns times and errors of the file's columns of the motion, up to the first row with a missing number.
 function differencesOf(number, cells, { numbers, width, columns, rows }) {
   const t = [], errors = cells.map(() => []);
   for (let i = 0; i < rows.length; i++) {
@@ -86,7 +86,8 @@ function differencesOf(number, cells, { numbers, width, columns, rows }) {
 
 const listed = (items) => (items.length > 1 ? `${items.slice(0, -1).join(", ")} and ${items[items.length - 1]}` : items.join(""));
 
-// Resolution of roll, steer and speed in the file: half a unit in the last digit at the largest value [SI]; 0 without the column.
+// Returns the resolution of roll, steer and speed in the file: half a unit in the last digit of the largest value
+// [SI]; 0 if the file lacks the column.
 function resolutionOf(given, { numbers, width, rows, written }) {
   const of = (key) => {
     const c = given[data.replay.states.indexOf(key)];
@@ -100,7 +101,7 @@ function resolutionOf(given, { numbers, width, rows, written }) {
 function besideOf({ number, times, columns }, { cells, file }) {
   const { states, labels, outOfSight } = data.replay;
   const held = cells.filter((c) => c.maneuver === number);
-  if (!held.length) return `The file does not hold maneuver ${number}.`;
+  if (!held.length) return `The file does not contain maneuver ${number}.`;
   const given = MOVING.map((k) => held.find((c) => c.key === k && c.rows));
   const mine = given.filter(Boolean);
   if (!mine.length) return `The file has no usable column of the motion in maneuver ${number} (found none of ${listed(labels)}).`;
@@ -118,15 +119,15 @@ function besideOf({ number, times, columns }, { cells, file }) {
   const differences = {};
   for (const name in found) {
     if (name === "speed" && !given[states.indexOf("forward_speed")]) continue;
-    // Turns and tracks are counted from the first frame of each.
+    // Wheel angles and tracks are counted from the first frame of each motion.
     const from = COUNTED.includes(name) ? columns[name][first] : 0;
     differences[name] = found[name].slice(0, count).map((x, i) => x - (columns[name][first + i] - from));
   }
   const until = inside[count - 1].toFixed(2);
   let end = "";
-  if (count < stood) end = `From ${until} s on its bicycle is not shown: it has left the scene.`;
-  else if (stood < inside.length) end = `From ${until} s on its bicycle is not shown: it has fallen.`;
-  else if (first + inside.length < times.length) end = isCut ? `It is shown until ${until} s: the next row has no usable number.` : `Its rows end at ${Number(last.toPrecision(4))} s.`;
+  if (count < stood) end = `The result is not shown after ${until} s: its bicycle has left the scene.`;
+  else if (stood < inside.length) end = `The result is not shown after ${until} s: its bicycle has fallen.`;
+  else if (first + inside.length < times.length) end = isCut ? `The result is not shown after ${until} s: the next row has no usable number.` : `The rows of the file end at ${Number(last.toPrecision(4))} s.`;
   return { result: { first, differences, resolution: resolutionOf(given, file) }, notes: notesOf(given, labels, inside[0], end) };
 }
 
@@ -134,12 +135,12 @@ function notesOf(given, labels, start, end) {
   const of = (isGiven) => labels.filter((_, j) => Boolean(given[j]) === isGiven);
   const taken = given.flatMap((c, j) => {
     if (!c) return [];
-    const how = [...(c.column === c.key ? [] : [c.definition]), ...(c.sign < 0 ? ["the other sign"] : []), ...(c.unit === units[c.key] ? [] : [`in ${unitText(c.unit)}`])];
+    const how = [...(c.column === c.key ? [] : [c.definition]), ...(c.sign < 0 ? ["with the opposite sign"] : []), ...(c.unit === units[c.key] ? [] : [`in ${unitText(c.unit)}`])];
     return how.length ? [`${labels[j]} taken as ${how.join(", ")}`] : [];
   });
-  const notes = [`Of the file: ${listed(of(true))}${taken.length ? `; ${taken.join("; ")} ${data.replay.brought}` : ""}.`];
-  if (of(false).length) notes.push(`The file has no usable ${listed(of(false))}: taken from the reference instead.`);
-  if (start > 0) notes.push(`Its rows begin at ${Number(start.toPrecision(4))} s, there at the place of the reference.`);
+  const notes = [`From the file: ${listed(of(true))}${taken.length ? `; ${taken.join("; ")} ${data.replay.brought}` : ""}.`];
+  if (of(false).length) notes.push(`The file has no usable ${listed(of(false))}: the values of the reference are used instead.`);
+  if (start > 0) notes.push(`The rows of the file begin at ${Number(start.toPrecision(4))} s; the motion starts there at the position of the reference.`);
   notes.push(data.replay.derived);
   return end ? [...notes, end] : notes;
 }

@@ -1,4 +1,4 @@
-/* What the page shows, and what is done on it. */
+/* The page of the checker: display of results, and handling of input. */
 
 const MOST_BYTES = 64e6;
 const MOST_PASTED = 4e6;
@@ -24,7 +24,7 @@ function svg(tag, attributes = {}, ...children) {
 let shown = null;
 let asked = 0;
 
-// What is asked for now takes the place of what is still being read: true until the next is.
+// A new request replaces one that is still being read. The returned function is true until the next request.
 function begun() {
   const mine = ++asked;
   return () => mine === asked;
@@ -74,7 +74,7 @@ const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 // Describes how a column differs from the default, and other definitions that fit it, in the words of a report; may be empty.
 function takenAs(c) {
-  if (!c.rows) return "never filled in: one number in every row";
+  if (!c.rows) return "never filled in: the same number in every row";
   const said = [], isDefault = c.column === c.key, usual = string(judge.definition(c.key));
   if (!isDefault || c.also.length) said.push(c.definition);
   if (!isDefault && !c.also.includes(usual)) said.push(`not the default ${usual}`);
@@ -113,7 +113,7 @@ function show(result) {
   at("matrix").replaceChildren(make("thead", {}, head), body);
   const grades = [...new Set(result.cells.map((c) => c.grade))].filter((g) => words[g]).sort();
   at("signs").replaceChildren(...grades.map((g) => make("li", {}, make("b", { class: styles[g] }, signs[g]), ` ${meanings[g]}`)));
-  at("more").replaceChildren(result.file ? "" : "Nothing of this was computed here. ", "This page counts up to 14 digits, and looks for no cause. The whole report, and why a result differs: ", make("code", {}, `heyoka-bike score ${result.name}`), ", ", make("code", {}, `heyoka-bike diagnose ${result.name}`), ".");
+  at("more").replaceChildren(result.file ? "" : "None of this was computed here. ", "This page counts up to 14 digits and does not look for causes. The whole report, and why a result differs: ", make("code", {}, `heyoka-bike score ${result.name}`), ", ", make("code", {}, `heyoka-bike diagnose ${result.name}`), ".");
   at("copied").textContent = "";
   at("asked").hidden = true;
   at("result").hidden = false;
@@ -159,7 +159,7 @@ function moveInMatrix(event) {
 
 const value = (x) => (Math.abs(x) <= MOST_VALUE ? x : NaN);
 
-// Times, values in SI units as they are taken, and errors of a column.
+// Returns times, interpreted values in SI units, and errors of a column.
 function series(c) {
   if (!shown.file) return null;
   const { numbers, width, columns, rows } = shown.file;
@@ -202,7 +202,7 @@ function detail(c, button) {
   showMotions.goTo(c.maneuver);
 }
 
-// The largest error in each of so many parts of the run.
+// Returns the largest error in each of `parts` equal parts of the run.
 function largest(mine, parts) {
   const end = mine.t[mine.t.length - 1] || 1, found = new Map();
   mine.t.forEach((t, i) => {
@@ -213,14 +213,14 @@ function largest(mine, parts) {
   return { t: pairs.map((p) => p[0]), y: pairs.map((p) => p[1]) };
 }
 
-// As wide as its place, so that letters have one size; `place` is the element that it will stand in.
+// Draws a chart that is as wide as the element `place`, which will contain it, so that all letters have one size.
 function chart(place, lines, maneuver, title, isPower = false) {
   const end = judge.end(maneuver), width = Math.min(600, Math.max(280, place.clientWidth)), height = Math.round(120 + width / 6), bottom = 26, top = 8, right = 14;
   const values = lines.flatMap((l) => l.y).filter(Number.isFinite), finite = values.length ? values : [0];
   let low = Math.min(...finite), high = Math.max(...finite);
   if (isPower) { low = Math.floor(low); high = Math.max(Math.ceil(high), low + 1); }
   const size = Math.max(Math.abs(low), Math.abs(high));
-  // What varies by roundoff alone is a straight line.
+  // Values that vary only by roundoff are drawn as a straight line.
   if (!(high - low > 1e-6 * size)) { low -= 1e-6 * size || 1; high += 1e-6 * size || 1; }
   const raw = (high - low) / 4, power = 10 ** Math.floor(Math.log10(raw));
   const step = isPower ? Math.ceil(raw) : power * [1, 2, 5, 10].find((s) => s * power >= raw);
@@ -250,7 +250,7 @@ function chart(place, lines, maneuver, title, isPower = false) {
   return found;
 }
 
-// A number written like a text of the file.
+// Writes a number in the format of a text from the file.
 function alike(x, text) {
   const [mantissa, exponent] = text.toLowerCase().split(/[ed]/);
   const digits = mantissa.replace(/^[-+0.]+/, "").replace(".", "").length;
@@ -259,7 +259,7 @@ function alike(x, text) {
   return digits > 17 ? x.toPrecision(17) : x.toFixed(Math.min(100, places));
 }
 
-// Two numbers, with what differs marked from the first digit on that does.
+// Returns two numbers, both marked from the first digit that differs.
 function compared(text, exact) {
   const parts = (x) => [x.split(/[.e]/i)[0].length, Number(x.split(/e/i)[1] || 0)].join();
   let i = 0;
@@ -294,13 +294,13 @@ function moveCursors(maneuver, part) {
   }
 }
 
-// Beside the exact motion that of a result, if there is one.
+// Shows the exact motion, and next to it the motion of a result, if there is one.
 function showMotion(result) {
   const found = result && result.file ? scenesBeside(result, exactly) : exactly.map((scene) => ({ scene, notes: [] }));
-  const notes = result && !result.file ? ["The link has no rows: the exact motion is shown alone."] : null;
+  const notes = result && !result.file ? ["The link contains no rows, so only the exact motion is shown."] : null;
   document.querySelector(".replay").classList.toggle("compared", found.some(({ scene }) => scene.result));
   at("moving").replaceChildren(...found.filter((x) => notes || x.notes.length).map(({ scene, notes: own }) =>
-    make("div", { class: "notes", "data-maneuver": String(scene.number) }, make("h3", {}, `What is shown of the result, ${phrases.maneuver} ${scene.number}`), make("ul", {}, ...(notes || own).map((x) => make("li", {}, x))))));
+    make("div", { class: "notes", "data-maneuver": String(scene.number) }, make("h3", {}, `Notes on the result, ${phrases.maneuver} ${scene.number}`), make("ul", {}, ...(notes || own).map((x) => make("li", {}, x))))));
   showMotions(found.map(({ scene }) => scene));
 }
 
@@ -313,9 +313,9 @@ function hideResult() {
   showMotion(null);
 }
 
-/* ---- What is asked ---- */
+/* ---- Invitation ---- */
 
-// Before there is a result: what it will be compared with.
+// Shows the exact motions with which a result will be compared.
 function showAsked() {
   const k = keys.indexOf("roll_angle"), places = MANEUVERS.map(() => make("div"));
   at("motions").append(...MANEUVERS.map((n, i) => make("figure", {}, make("figcaption", {}, make("b", {}, `${phrases.maneuver} ${n}`), ` ${inWords(keys[k])} [${unitText(units[k])}] over time [s]`), places[i])));
@@ -325,7 +325,7 @@ function showAsked() {
   }
 }
 
-/* ---- What is done ---- */
+/* ---- Input ---- */
 
 function refuse(said) {
   begun();
@@ -355,7 +355,7 @@ function takePasted() {
   else judgeText(value, "pasted");
 }
 
-// A file as the page wants it: in degrees, and off by a millionth of each second.
+// Returns the text of an example file: in degrees, with a relative error that grows by a millionth per second.
 function exampleText() {
   const names = MANEUVERS.flatMap((m) => keys.map((key, k) => `m${m}_${key} [${isAngle(k) ? "deg" : unitText(units[k])}]`));
   const rows = [["time [s]", ...names].join(",")];
@@ -388,7 +388,7 @@ showAsked();
 at("judge").addEventListener("click", takePasted);
 at("maneuver").addEventListener("change", () => judgeText(offered.text, offered.name, Number(at("maneuver").value)));
 at("text").addEventListener("paste", (event) => {
-  // So long a text would hold up the page if it were shown.
+  // Showing a text of this length in the field would block the page.
   const text = event.clipboardData.getData("text");
   if (text.length > MOST_PASTED) {
     event.preventDefault();
@@ -402,7 +402,7 @@ at("link").addEventListener("click", async () => {
     await navigator.clipboard.writeText(found);
     at("copied").textContent = `copied, ${found.length} letters`;
   } catch {
-    at("copied").textContent = "it is in the address now: copy it there";
+    at("copied").textContent = "the link is now in the address bar: copy it there";
   }
 });
 for (const name of ["dragenter", "dragover", "dragleave", "drop"])

@@ -1,5 +1,5 @@
-/* What a text holds, read as heyoka-bike score reads it, or refused with the reason. Nothing is guessed:
-   a heading is understood word by word, and a text has one separator. */
+/* Reads a text as heyoka-bike score does, or rejects it with the reason. Nothing is guessed: every word of a heading
+   must be known, and a text has one separator. */
 
 const isNumber = (text) => /^[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?$|^[+-]?(nan|inf(inity)?)$/i.test(text);
 const number = (text) => (/n/i.test(text) ? NaN : Number(text.replace(/d/i, "e")));
@@ -14,12 +14,12 @@ const MOST_REPEATED = 100;
 const LIKE_A_NUMBER = /^["'([{]*[+-]?\.?\d[\d.,+*^-]*(?:[edq][\d.,+*^-]*)*[)\]}"']*$/i;
 const FACTOR = /^\s*1\.?0*e[+-]?\d{1,2}\s*\*\s*$/i;
 const COMMENT_SIGNS = /^[#%!/;*\s]+/;
-// Patterns below take the square of the time for longer ones.
+// Longer headings are not tried, because the time of the patterns below grows with the square of the length.
 const LONGEST_HEADING = 200;
 
 class Unreadable extends Error {}
 
-// Its rows as texts and as numbers, what its columns are, and the unit that each heading names.
+// Returns the rows of a text as texts and as numbers, its columns, and the unit that each heading names.
 function read(text, name) {
   const stop = (line, column, said) => { throw new Unreadable(`${name}${line ? `:${line}` : ""}${column ? `:${column}` : ""}: ${said}`); };
   if (text.includes("\0")) stop(0, 0, "found a file that is no text, expected rows of numbers");
@@ -110,8 +110,8 @@ const decimal = (field, { point }) => (point === "." ? field : field.includes(".
 const shortened = (text) => JSON.stringify(text.length > LONGEST_SHOWN ? `${text.slice(0, LONGEST_SHOWN)}...` : text);
 const countsColumns = (fields) => fields.length >= FEWEST_COUNTED && [0, 1].some((start) => fields.every((x, i) => x === String(i + start)));
 
-// The columns that a heading names; null if none of the lines above the rows is one. A line that is
-// nearly a heading is refused: what it says would be left out in silence.
+// Returns the columns that a heading names; null if none of the lines above the rows is a heading. A line that is
+// nearly a heading is rejected, because ignoring it silently could change the meaning of the columns.
 function headingAbove(above, dialect, width, stop) {
   for (let i = above.length - 1; i >= 0; i--) {
     const line = above[i].trim().replace(COMMENT_SIGNS, "").trim();
@@ -136,7 +136,7 @@ function headingAbove(above, dialect, width, stop) {
 
 const known = ({ meant }) => meant.filter(Boolean).length;
 
-// Column, maneuver (0: not said) and unit that a heading means; null if it is not known.
+// Returns the column, maneuver (0 if not named) and unit that a heading means; null for an unknown heading.
 function meaning(text) {
   if (text.length > LONGEST_HEADING) return null;
   const [, stem, unit = ""] = text.match(/^(.*?)\s*(?:[[(]([^\])]*)[\])])?$/);
@@ -171,7 +171,7 @@ function placed(width) {
   return { time: 0, timeUnit: "", of };
 }
 
-// The times in seconds, which ascend; most of them are within the run.
+// Converts the times to seconds, and checks that they are finite and ascend.
 function timesOf(file, stop) {
   const { numbers, width, rows, columns } = file, { time } = columns;
   for (let i = 0; i < rows.length; i++) {
@@ -182,13 +182,13 @@ function timesOf(file, stop) {
   }
 }
 
-// A decimal divided by a thousand, correctly rounded: its exponent is another one.
+// Divides a decimal by a thousand, correctly rounded, by changing its exponent.
 function inThousands(text) {
   const [mantissa, exponent = "0"] = text.toLowerCase().split(/[ed]/);
   return Number(`${mantissa}e${Number(exponent) - 3}`);
 }
 
-// How finely a column is written: significant digits, and places after the point if all have as many.
+// Returns the resolution of a column: significant digits, and decimal places if all numbers have the same number.
 function written(file, column) {
   let digits = 0, fewest = Infinity, most = -1, largest = 0;
   for (const row of file.rows) {
@@ -205,7 +205,7 @@ function written(file, column) {
   return { digits: digits < 17 ? digits : 0, places: isFixed ? most : -1, count: digits, isConstant };
 }
 
-// A constant does not tell its digits: it has those of the most finely written column.
+// A constant column does not show its resolution, so it gets that of the most finely written column.
 function evened(columns, time) {
   const finest = columns.filter((c, i) => i !== time && !c.isConstant).sort((a, b) => b.count - a.count)[0];
   return columns.map((c) => c.isConstant && finest ? finest : c);

@@ -2,8 +2,8 @@
 
 LLVM compiles them to machine code at the first use; no compiler has to be installed.
 
-A vector has eight places, half a vector four. Operators on registers write instructions; a number
-beside a vector is put into all of its places.
+A vector has eight places (lanes), half a vector four. Operators on registers write instructions; a
+number that is combined with a vector is copied to all of its places.
 """
 
 from __future__ import annotations

@@ -18,21 +18,21 @@ from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
 SCHEMA_VERSION = 1
 
 _ABOUT_RANKING = (
-    "Digits: the correct ones of the worst value of the worst column, which is named with its "
-    "maneuver: -log10 of its error over the column's largest value. Grade: the highest of 3, 6, 9, "
-    "12 that they reach. Eq. (1), the benchmark's own measure, sees only whether a program's own "
-    "energy stays constant. Times are those that the submissions state, of their own machines; "
-    "they rank nothing."
+    "Digits: correct digits of the worst value of the worst column, -log10 of its error relative "
+    "to the column's largest value; the worst column is named with its maneuver. Grade: the "
+    "highest of 3, 6, 9 and 12 digits that is reached. Eq. (1), the benchmark's own measure, shows "
+    "only whether a program's own energy stays constant. Times are stated by the submissions, for "
+    "their own machines; they do not affect the rank."
 )
 _COLUMNS_OF_RANKING = (
     doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
     doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
 )  # fmt: skip
-# Statements of a submission about itself, in the order in which they are shown.
+# Entries of a submission in the order in which they are shown.
 _SAID_OF_ENTRIES = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
 _FIGURE_HEIGHT = 420
-# Lower limit of the picture: at an error of ten times the largest value there is no motion to see.
+# Lower limit of the picture: beyond an error of ten times the largest value, digits mean nothing.
 _LOWEST_DIGITS_DRAWN = -1.0
 
 
@@ -120,9 +120,9 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
     )  # fmt: skip
     return wide(
         drawn,
-        "What digits cost: further up is more right, further left is cheaper. Numbers are the "
-        "places in the table, lines join runs of one program; what is below −1 is drawn there. "
-        "Each time is of the machine that its submission names.",
+        "Correct digits over processor time: higher is more accurate, further left is faster. "
+        "Numbers are ranks in the table, and lines join runs of one program. Results below −1 are "
+        "drawn at −1. Each time was measured on the machine that its submission names.",
     )
 
 

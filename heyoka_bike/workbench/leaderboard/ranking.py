@@ -338,8 +338,8 @@ def _entry(submission: Submission, known: References) -> Entry:
     problem = PROBLEMS[submission.problem]
     reference = known.get(problem.inputs)
     if reference is None:
-        what = f"problem {submission.problem}, whose reference is not here"
-        how = "--reference with its folder: docs/harder-tier.md has the line that makes it"
+        what = f"problem {submission.problem} without its dataset"
+        how = "--reference DIR; docs/harder-tier.md shows the command that generates the dataset"
         raise _refuse(what, how, submission.source)
     results = []
     for file in submission.files:
@@ -403,13 +403,13 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
             f"{', '.join(map(str, numbers))} for problem {submission.problem}",
         )
     if odd := sorted({c.key for m in report.maneuvers for c in m.columns if c.is_contradicted}):
-        raise refuse(f"{named(odd)} of signs that contradict each other", "those of some axes")
+        raise refuse(f"{named(odd)} with contradictory signs", "signs that some axes explain")
     if lost := named([x.name for x in report.not_compared]):
-        raise refuse(f"{lost} beside what is compared", "columns that were computed, each once")
+        raise refuse(f"{lost}, which cannot be compared", "columns that were computed, each once")
     if outside := sum(x.rows for x in report.seen if isinstance(x, RowsOutside)):
         raise refuse(
             f"{outside} row{'' if outside == 1 else 's'} outside the run",
-            "those of the reference, each once",
+            "the rows of the reference, each once",
         )
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part

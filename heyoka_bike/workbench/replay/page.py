@@ -288,7 +288,7 @@ def _about(replay: Replay, has_result: bool) -> str:
         notes = s.notes if s.result is None else s.result.notes
         items = "".join(f"<li>{prose(sentence(note))}</li>" for note in notes)
         parts.append(
-            f'<section class="notes" data-maneuver="{s.number}"><h2>What is shown of the result'
+            f'<section class="notes" data-maneuver="{s.number}"><h2>Notes on the result'
             f"{f', maneuver {s.number}' if len(replay.scenes) > 1 else ''}</h2>"
             f"<ul>{items}</ul></section>"
         )

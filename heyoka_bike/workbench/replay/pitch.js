@@ -1,5 +1,5 @@
-// The pitch with both wheels on the floor, by Newton's method from one that is near; NaN where the gap
-// below the front wheel [m] stays larger than the smallest. `floorGap` is the model's own.
+// Returns the pitch with both wheels on the floor, by Newton's method from the guess `near`; NaN if the gap below
+// the front wheel [m] remains above `smallest`. `floorGap` is generated from the model.
 const pitchOnTheFloor = (floorGap, roll, steer, near, smallest) => {
   const found = [0], shift = 1e-6;
   const gap = (pitch) => { floorGap([roll, pitch, steer], found); return found[0]; };

@@ -1,21 +1,21 @@
 "use strict";
-// Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
-// Returns a function that shows other maneuvers in place of those given; its `goTo` chooses a maneuver
+// Draws the scene and advances the time. World and body axes: x forward, y to the right, z down [m].
+// Returns a function that replaces the given maneuvers with others; its `goTo` chooses a maneuver
 // and a time. If `data.isPart` is true, the stage is a part of a page: it starts paused, ignores the
 // address, and handles keys only inside the stage. `data.timeShown` is called with the maneuver and the
 // fraction of its duration that are shown.
 const replay = (data) => {
   let { points: P, radii, tilt, solids } = data.bicycle;
-  const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
-  const FAR_PLACE = 3;     // what a magnified difference may come to [m, rad]
-  const NEAR = 0.12;       // nearest depth that is drawn [m]
+  const FAR_ANGLE = 1.15;  // limit of an exaggerated roll or steer [rad]
+  const FAR_PLACE = 3;     // limit of a magnified difference [m, rad]
+  const NEAR = 0.12;       // smallest depth that is drawn [m]
   const one = (selector) => document.querySelector(selector);
   const all = (selector) => [...document.querySelectorAll(selector)];
   const form = one("form.controls"), canvas = one(".view canvas"), slider = form.elements.t;
   const play = one(".play"), clock = one(".clock"), table = one(".values"), warning = one(".scale");
   const still = matchMedia("(prefers-reduced-motion: reduce)");
 
-  // ---- vectors and attitudes (a matrix is its three columns)
+  // ---- vectors and attitudes (a matrix is an array of its three columns)
   const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -59,7 +59,7 @@ const replay = (data) => {
     return b;
   };
 
-  // ---- values between frames: cubics through four of them
+  // ---- values between frames: cubic interpolation through four frames
   const between = (values, at) => {
     const last = values.length - 1;
     const i = Math.min(Math.max(Math.floor(at), 0), Math.max(last - 1, 0)), u = at - i;
@@ -118,7 +118,7 @@ const replay = (data) => {
     return `rgb(${a.map((x, i) => Math.round(x + part * (b[i] - x))).join(",")})`;
   };
 
-  // ---- camera: turned and far away as told, around a point of the bicycle
+  // ---- camera: orbits a point of the bicycle at the chosen angles and distance
   const CAMERAS = {
     follow: { turn: 2.2, lift: 0.22, far: 3.6 }, side: { turn: Math.PI / 2, lift: 0.06, far: 3.6 },
     behind: { turn: Math.PI, lift: 0.17, far: 3.6 }, above: { turn: Math.PI, lift: 1.45, far: 4.2 }, rider: { turn: 0, lift: 0.52, far: 0 },
@@ -141,7 +141,7 @@ const replay = (data) => {
       const angle = b.state.yaw + camera.turn, c = Math.cos(camera.lift);
       const away = [c * Math.cos(angle), c * Math.sin(angle), -Math.sin(camera.lift)];
       eye = add(middle, away, camera.far);
-      // Not below the ground.
+      // Keep the camera above the ground.
       eye[2] = Math.min(eye[2], -0.08);
       ahead = unit(add(middle, eye, -1));
       right = [Math.sin(angle), -Math.cos(angle), 0];
@@ -150,7 +150,7 @@ const replay = (data) => {
     const opening = isRider ? 1.4 : 0.62;
     focus = Math.min(height, 0.86 * width) / 2 / Math.tan(opening / 2);
   };
-  // Right, down and depth; `seen` is the place on the screen and the pixels of a metre there.
+  // `viewed` returns right, down and depth [m]; `seen` the position on the screen and pixels per metre there.
   const viewed = (p) => { const d = add(p, eye, -1); return [dot(d, right), -dot(d, up), dot(d, ahead)]; };
   const seen = (v) => { const k = focus / v[2]; return [width / 2 + k * v[0], height / 2 + k * v[1], k]; };
 
@@ -260,7 +260,7 @@ const replay = (data) => {
     c.setLineDash([]);
   };
 
-  // The rim of a wheel, from its hub, in its own plane.
+  // Returns a point on the rim of a wheel, at an angle in the wheel's plane.
   const rim = (centre, attitude, radius, angle) => add(
     add(centre, attitude[0], radius * Math.cos(angle)), attitude[2], -radius * Math.sin(angle));
   const SUN = unit([0.25, 0.45, 1]);
@@ -303,7 +303,7 @@ const replay = (data) => {
     }
     c.beginPath();
     outline(c, hull(corners));
-    // Light from above, across the longest way between two spheres.
+    // Shade from light above, across the line between the first and the last sphere.
     const [p, q] = [found[0], found[found.length - 1]].map(([v, r]) => [...seen(v), r]);
     let nx = q[1] - p[1], ny = p[0] - q[0];
     const long = Math.hypot(nx, ny);
@@ -340,7 +340,7 @@ const replay = (data) => {
     for (const [r, thick, colour] of [[radius - 0.034, 0.014, own || colours.metal], [radius - 0.016, 0.032, own || colours.tyre]]) {
       const corners = ring(r, 60), near = Math.min(...corners.map((v) => v[2])), far = Math.max(...corners.map((v) => v[2]));
       c.strokeStyle = colour;
-      if (near > NEAR && far < 1.15 * near) {  // as thick everywhere
+      if (near > NEAR && far < 1.15 * near) {  // nearly equal depth: one line width suffices
         c.beginPath();
         outline(c, corners.map(seen));
         c.lineWidth = Math.max(thick * k, 1);
@@ -392,7 +392,7 @@ const replay = (data) => {
     for (const [name, x, y] of placed) {
       boxes.push([x - 7, y - 7, x + 7, y + 7]);
       c.lineWidth = 1.5;
-      if (name === "B") {  // the sign of a centre of mass
+      if (name === "B") {  // symbol of a centre of mass
         for (let i = 0; i < 4; i++) {
           c.beginPath(); c.moveTo(x, y); c.arc(x, y, 7, i * Math.PI / 2, (i + 1) * Math.PI / 2); c.closePath();
           c.fillStyle = i % 2 ? "#111" : "#fff"; c.fill();
@@ -422,7 +422,7 @@ const replay = (data) => {
     }
   };
 
-  // Gaps in what is drawn, so that the result is told from the reference without colours, too.
+  // Cut stripes out of the drawing, so that result and reference differ even without colours.
   const hatch = (c) => {
     c.globalCompositeOperation = "destination-out";
     c.beginPath();
@@ -474,7 +474,7 @@ const replay = (data) => {
       overlay(0.6);
     }
     drawBicycle(c, b, null);
-    // Mostly under the reference, whose colours stay where the two agree.
+    // Faint on top of the reference, whose colours then dominate where the two agree.
     if (other) overlay(0.35);
     if (isShown("points")) drawPoints(c, b);
     write(exact, difference);
@@ -536,7 +536,7 @@ const replay = (data) => {
   const tick = (now) => {
     isWaiting = false;
     if (isPlaying) {
-      // A page that was out of sight goes on where it was.
+      // A page that was hidden continues where it stopped.
       if (before !== null) t += Math.min((now - before) / 1000, 0.1) * Number(chosen("speed"));
       before = now;
       if (t >= scene.duration) { t = scene.duration; setPlaying(false); }
@@ -618,7 +618,7 @@ const replay = (data) => {
     ask();
   };
 
-  // ---- hands
+  // ---- input
   play.addEventListener("click", toggle);
   for (const button of all(".step")) button.addEventListener("click", () => stepBy(Number(button.dataset.step)));
   slider.addEventListener("input", () => { setPlaying(false); goTo(Number(slider.value)); });
@@ -685,13 +685,13 @@ const replay = (data) => {
     canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
   }
   canvas.addEventListener("wheel", (event) => {
-    // The wheel scrolls a page with more in it until the scene is chosen.
+    // If the stage is only a part of the page, the mouse wheel scrolls the page until the scene has the focus.
     if (data.isPart && document.activeElement !== canvas) return;
     event.preventDefault();
     zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY)) * 0.002));
   }, { passive: false });
 
-  // ---- beginning
+  // ---- start
   const resize = () => {
     const box = canvas.getBoundingClientRect(), ratio = Math.min(devicePixelRatio || 1, 2);
     width = box.width;

@@ -44,12 +44,12 @@ WRITTEN_STATES = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
 """Columns of a result file that determine its motion."""
 
 DERIVED = (
-    "Derived: the pitch from roll and steer, both wheels on the floor; the yaw from the yaw "
-    "rate that rolling without slip gives this state; the place from the forward speed along "
-    "that heading; the turning of the wheels from rolling."
+    "Derived: the pitch from roll and steer with both wheels on the floor; the yaw from the yaw "
+    "rate of rolling without slip; the position from the forward speed along the heading; the "
+    "wheel angles from rolling."
 )
 CONVERTED_NOTE = (
-    "(a different definition is brought to the default one by its difference from the reference)"
+    "(another definition is converted to the default one by its difference from the reference)"
 )
 """Text of notes, here and on the page of the checker."""
 
@@ -191,7 +191,7 @@ def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
     """Return a scene with the result's motion, or with a note why there is none."""
     held = [m for m in scored.maneuvers if m.maneuver == scene.number]
     if not held:
-        return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
+        return replace(scene, notes=(f"The file does not contain maneuver {scene.number}.",))
     said = _result(scene, held[0], equations)
     return replace(scene, notes=(said,)) if isinstance(said, str) else replace(scene, result=said)
 
@@ -234,15 +234,15 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     exact = part.reference.approximate(shown, list(differences))
     values = {name: exact[name] + np.interp(shown, *differences[name]) for name in differences}
     if near < upright:
-        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has left the scene."
+        end = f"The result is not shown after {shown[-1]:.2f} s: its bicycle has left the scene."
     elif upright < last + 1 - first:
-        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has fallen."
+        end = f"The result is not shown after {shown[-1]:.2f} s: its bicycle has fallen."
     elif last == len(time) - 1:
         end = ""
     elif len(bad):
-        end = f"It is shown until {shown[-1]:.2f} s: the next row has no usable number."
+        end = f"The result is not shown after {shown[-1]:.2f} s: the next row has no usable number."
     else:
-        end = f"Its rows end at {rows_time[-1]:.4g} s."
+        end = f"The rows of the file end at {rows_time[-1]:.4g} s."
     notes = _notes(found, moving, columns, float(shown[0]), end)
     resolution = {name: columns[name].resolution for name in moving}
     return ShownResult(motion, values, first, resolution, notes)
@@ -301,15 +301,18 @@ def _notes(
     found: ManeuverScore, moving: Sequence[str], columns: Mapping[str, object], start: float,
     end: str,
 ) -> tuple[str, ...]:  # fmt: skip
-    said = [f"Of the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
+    said = [f"From the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
     missing = [name for name in WRITTEN_STATES if name not in moving]
     if missing:
         said.append(
             f"The file has no usable {_listed([label(name) for name in missing])}: "
-            "taken from the reference instead."
+            "the values of the reference are used instead."
         )
     if start > 0:
-        said.append(f"Its rows begin at {start:.4g} s, there at the place of the reference.")
+        said.append(
+            f"The rows of the file begin at {start:.4g} s; the motion starts there at the position "
+            "of the reference."
+        )
     said.append(DERIVED)
     return (*said, end) if end else tuple(said)
 
@@ -320,7 +323,7 @@ def _understood(found: ManeuverScore) -> str:
     for c in found.columns:
         u, w = c.as_understood, c.as_written
         how = [u.definition] if u.definition != w.definition else []
-        how += ["the other sign"] if u.sign < 0 else []
+        how += ["with the opposite sign"] if u.sign < 0 else []
         how += [f"in {u.unit}"] if u.unit != w.unit else []
         if c.key in WRITTEN_STATES and u != w:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")

@@ -117,9 +117,9 @@ class Guard:
         # Health checks may use any host name, because a supervisor uses an internal one.
         is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
-            app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
+            app = JSONResponse({"error": "unknown host name: start the server with --name"}, 400)
         elif scope["method"] == "POST" and _is_foreign(headers):
-            app = JSONResponse({"error": "found a form of another site"}, 403)
+            app = JSONResponse({"error": "the form comes from another site"}, 403)
         try:
             await app(scope, receive, guarded)
         except asyncio.CancelledError:
@@ -133,8 +133,8 @@ class Guard:
             # The message of the exception may contain names and paths, which must not be logged.
             self._log(f"{fault(e)} in the server")
             if status:
-                raise RuntimeError("an answer was broken off") from None
-            said = {"error": "the server could not do it; this is a fault of the server"}
+                raise RuntimeError("an answer ended early") from None
+            said = {"error": "internal error of the server"}
             await JSONResponse(said, 500, {"connection": "close"})(scope, receive, guarded)
         finally:
             place = "/" + path.lstrip("/").partition("/")[0][:20]
@@ -439,7 +439,7 @@ class Server:
     def _found(self, request: Request) -> StoredResult:
         result = self.store.get(request.path_params["key"])
         if result is None:
-            raise HTTPException(404, "There is no such result, or its time is over.")
+            raise HTTPException(404, "There is no such result, or it has expired.")
         return result
 
     def _check_offered(self, kind: Kind) -> None:

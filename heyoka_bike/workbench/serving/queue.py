@@ -170,7 +170,7 @@ class TaskQueue:
             return TaskEnding("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
         except BrokenExecutor:
             # The system ended the process, most likely for its memory or its time.
-            self._log(f"{kind}: its process ended by itself")
+            self._log(f"{kind}: the process ended unexpectedly")
             said = (
                 f"ended before it was done: it needs more than {limits.seconds:g} s or "
                 f"{limits.memory // 1_000_000} MB of memory"
@@ -181,5 +181,5 @@ class TaskQueue:
             said = "an error of the program, not of the file; please report it"
         except Exception as e:
             self._log(f"{kind}: {fault(e)} in the server")
-            said = "the server could not do it; this is a fault of the server"
+            said = "internal error of the server"
         return TaskEnding("failed", said, 70)

@@ -412,7 +412,7 @@ def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, exa
     monkeypatch.setattr(client.server.store, "room", told)
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert answer.status_code == 500
-    assert "fault of the server" in answer.json()["error"]
+    assert "internal error of the server" in answer.json()["error"]
     assert any(line.startswith("OSError at ") for line in client.lines)
     assert "secret" not in "".join(client.lines)
 

@@ -1,4 +1,4 @@
-// Draws the map, says what becomes of a start, and has its motion shown.
+// Draws the map, describes the behaviour of a chosen start, and replays its motion.
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const one = (selector) => document.querySelector(selector);
@@ -7,7 +7,7 @@
   const HINT = "Point at the map to read the result there. Click to replay the motion from there.";
   const [across, along] = data.axes, columns = across.values.length, rows = along.values.length;
 
-  // ---- what the page holds
+  // ---- data of the page
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const fate = bytes(data.fate), wheel = bytes(data.wheel);
   const LAST = 65534, NONE = 65535;
@@ -43,7 +43,7 @@
   // ---- colours
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
-  // Cividis (Nunez, Anderton and Renslow 2018), which looks alike to nearly everyone.
+  // Cividis (Nunez, Anderton and Renslow 2018), which looks nearly the same with colour vision deficiency.
   const SCALE = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"].map(rgb);
   const scaled = (part) => {
     const at = Math.min(Math.max(part, 0), 1) * (SCALE.length - 1), i = Math.min(Math.floor(at), SCALE.length - 2);
@@ -56,7 +56,7 @@
     for (const name of ["ink", "soft", "page", "rule"]) colours[name] = style(`--${name}`);
   };
 
-  // ---- what is shown: the ends of a colour scale are those of the starts that do not fall
+  // ---- colour scales: the range of a quantity covers only the starts that do not fall
   let shown = "fate", range = [0, 1];
   const isTime = () => shown === "fate_time" || shown === "lift_time";
   const scale = (x) => data.quantities[shown].isLog ? Math.log10(x) : x;
@@ -156,7 +156,7 @@
     context.fillText(titles[1], 2, 15);
   };
 
-  // Neighbours along the edge: the nearest of the next place, if it falls to the same side.
+  // Join each point of the edge to the nearest point at the previous place that falls to the same side.
   const drawEdge = () => {
     const [at, stays, falls] = data.edge, places = [...new Set(at)];
     const byPlace = new Map(places.map((x) => [x, []]));
@@ -289,7 +289,7 @@
       item.append(` ${text}`);
     };
     if (data.stable.curves.length && !data.stable.ranges.length) named("dashes", "ends of the linearly stable speeds");
-    if (data.energy.length) named("dots", "energy of running straight where the stable range ends");
+    if (data.energy.length) named("dots", "energy of straight running at the ends of the stable range");
   };
   const drawColours = () => {
     key.textContent = "";
@@ -333,7 +333,7 @@
     say("largest_lean", (x) => `largest lean ${degrees(x)}`);
     say("largest_steer", (x) => `largest steer ${degrees(x)}`);
     say("lift_time", (x) => `the ${WHEELS[wheel[i]] || "a"} wheel would lift after ${short(x)} s`);
-    say("condition", (x) => `a small error of the start grows ${short(x)}-fold within 10 s at most`);
+    say("condition", (x) => `a small initial error grows at most ${short(x)}-fold within 10 s`);
     return parts.join("; ");
   };
   const headWords = (i) => {
@@ -354,19 +354,19 @@
     } else {
       made("b", said, `${placeWords(...chosen, 8)}. `);
       said.append(seen);
-      made("span", said, ` The nearest start computed, ${placeWords(...near)}: ${headWords(i)}; ${fateWords(i)}.`);
+      made("span", said, ` The nearest computed start, ${placeWords(...near)}: ${headWords(i)}; ${fateWords(i)}.`);
     }
   };
-  // How long a motion is shown that does not fall [s]; one that falls, to its fall.
+  // Limits on the duration of a replay [s]: without a fall SHORTEST to LONG; a fall is shown if it is before LONGEST.
   const SHORTEST = 10, LONG = 60, LONGEST = 1000;
   const motionOf = ([x, y]) => {
     const time = data.quantities.fate_time ? data.quantities.fate_time.at(point(x, y)) : NaN;
     const falls = fate[point(x, y)] === data.falls;
-    // A neighbour may fall later.
+    // The chosen point may fall later than the nearest computed one.
     const wanted = falls ? 1.5 * time + 5 : time + 1, end = Math.min(Math.max(wanted || 0, SHORTEST), falls ? LONGEST : LONG);
     return follow({ ...data.start, [across.name]: x, [along.name]: y }, end);
   };
-  // The bicycle as it looks there: between those given, linearly.
+  // Interpolates linearly between two drawings of the bicycle.
   const between = (a, b, part) => {
     if (typeof a === "number") return a + part * (b - a);
     if (typeof a !== "object") return a;
@@ -396,7 +396,7 @@
     const time = (i) => (i * FRAME).toFixed(2);
     seen = `Replay of ${motion.duration.toFixed(2)} s, integrated here: largest lean ${degrees(largest(c.roll))}`;
     if (lifts.length) seen += `; the floor would have to pull the ${lifts[0][0]} wheel from ${time(lifts[0][1])} s on`;
-    if (motion.falls) seen += `; it falls, at last with roll ${degrees(c.roll.at(-1))} and steer ${degrees(c.steer.at(-1))}`;
+    if (motion.falls) seen += `; it falls and ends with roll ${degrees(c.roll.at(-1))} and steer ${degrees(c.steer.at(-1))}`;
     seen += ".";
     drawCharts(one(".plots"), motion);
     const scene = { number: 1, duration: motion.duration, columns: {}, result: null };
@@ -430,7 +430,7 @@
     return true;
   };
 
-  // ---- hands
+  // ---- input
   const place = (event) => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
   const isOnMap = ([px, py]) => { const [w, h] = size(); return px >= ROOM.left && px <= ROOM.left + w && py >= ROOM.top && py <= ROOM.top + h; };
   const hover = (event) => {
@@ -449,11 +449,11 @@
     ask();
   };
   const zoom = (by, [x, y]) => {
-    const least = 4;  // cells
+    const least = 4;  // smallest number of cells across the view
     if (by < 1 && (view[0][1] - view[0][0]) / (whole[0][1] - whole[0][0]) * columns * by < least) return;
     setView(by === 0 ? whole : [x, y].map((v, k) => view[k].map((end) => v + by * (end - v))));
   };
-  // The start computed, or the very place where those are so far apart that one can point between.
+  // Returns the nearest computed start, or the exact position if cells are at least 10 px wide.
   const underPointer = (at) => {
     const [x, y] = fromScreen(...at), [w, h] = size();
     const wide = Math.min(w / columns * (whole[0][1] - whole[0][0]) / (view[0][1] - view[0][0]), h / rows * (whole[1][1] - whole[1][0]) / (view[1][1] - view[1][0]));
@@ -486,7 +486,7 @@
   under.textContent = HINT;
   canvas.addEventListener("pointerleave", () => { under.textContent = HINT; });
   canvas.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey) return;  // else the page is scrolled
+    if (!event.ctrlKey) return;  // without Ctrl the wheel scrolls the page
     event.preventDefault();
     zoom(event.deltaY > 0 ? 1.25 : 0.8, fromScreen(...place(event)));
   }, { passive: false });
@@ -521,7 +521,7 @@
     button.addEventListener("click", () => { const m = data.marks[Number(button.dataset.mark)]; select([m.x, m.y], true); });
   }
 
-  // ---- beginning
+  // ---- start
   const recolour = () => { readColours(); if (shown !== "fate") findRange(); picture = null; drawKey(); ask(); };
   const resize = () => {
     const box = canvas.getBoundingClientRect();

@@ -1,5 +1,5 @@
-// Charts of a motion over time, as the pages of motions have them, and what the map needs of them, too.
-// Round numbers between two, about so many, and the digits that they need.
+// Charts of a motion over time, as on the pages of motions, with functions that the map uses, too.
+// Returns at most about `most` round numbers between `low` and `high`, and the decimal places that they need.
 const nice = (low, high, most) => {
   const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
@@ -21,7 +21,7 @@ const CHARTS = [
   ["forward speed", "m/s", [["speed", "mine", "forward speed"]]],
   ["normal forces", "N", [["rear_normal", "s1", "rear"], ["front_normal", "s3", "front"]]],
 ];
-// The last instants of a fall do not flatten what was before.
+// Returns the range of an axis. It excludes the last instants of a fall, which would flatten the rest.
 const ends = (motion, lines) => {
   const count = motion.columns.roll.length, kept = motion.falls ? Math.max(count - 15, count >> 1) : count;
   const values = lines.flatMap(([name]) => motion.columns[name].slice(0, kept));
@@ -29,7 +29,7 @@ const ends = (motion, lines) => {
   const room = 0.06 * (high - low) || 0.5;
   return [low - room, high + room];
 };
-// Into `plots`, in place of what is there.
+// Draws the charts into `plots`, replacing its content.
 const drawCharts = (plots, motion) => {
   const HEIGHT = 84, SVG = "http://www.w3.org/2000/svg";
   plots.textContent = "";

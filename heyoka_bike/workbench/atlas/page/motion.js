@@ -1,11 +1,11 @@
-// Follows a motion from its start, by the formulas of Dormand and Prince (1980) of orders 5 and 4,
-// doi:10.1016/0771-050X(80)90013-3. `rates`, `observe` and `floorGap` are the model's own.
+// Integrates a motion by the formulas of Dormand and Prince (1980) of orders 5 and 4,
+// doi:10.1016/0771-050X(80)90013-3. `rates`, `observe` and `floorGap` are generated from the model.
 const FRAME = 0.02;       // time between two frames [s]
-const TOLERANCE = 1e-10;  // of a step, beside 1 and beside each number of the state
-const MOST_STEPS = 1e6;   // of a motion: what has more ends unfinished
-const SHORTEST = 1e-9;    // a step [s]: shorter ones come only where the equations end
-const SMALLEST_GAP = 1e-9; // below the front wheel [m]: with more there is no pitch
-const FLAT = Math.PI / 2; // of roll or steer [rad]: the bicycle lies, or its handlebar is across
+const TOLERANCE = 1e-10;  // error limit of a step, relative to 1 + abs(y) for each state variable y
+const MOST_STEPS = 1e6;   // the motion ends after this many steps
+const SHORTEST = 1e-9;    // smallest step [s]; only a singularity requires smaller ones
+const SMALLEST_GAP = 1e-9; // largest gap below the front wheel for a valid pitch [m]
+const FLAT = Math.PI / 2; // limit of roll and steer [rad]: the bicycle lies, or its handlebar is crosswise
 const NODES = [
   [1 / 5],
   [3 / 40, 9 / 40],
@@ -16,8 +16,8 @@ const NODES = [
 ];
 const DIFFERENCE = [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40];
 
-// A motion in frames, or null where no posture has both wheels on the floor. `start` has roll, steer,
-// roll_rate, steer_rate [rad, rad/s], speed [m/s], and the parameters of the bicycle that are free.
+// Returns a motion in frames, or null if no posture has both wheels on the floor. `start` contains roll, steer,
+// roll_rate, steer_rate [rad, rad/s], speed [m/s], and the bicycle's free parameters.
 const follow = (start, duration) => {
   for (const name in P) P[name] = start[name];
   const size = STATE.length, made = () => new Float64Array(size);
@@ -33,7 +33,7 @@ const follow = (start, duration) => {
     STATE.forEach((name, i) => columns[name].push(y[i]));
     OBSERVED.forEach((name, i) => columns[name].push(seen[i]));
   };
-  // One step; how large its error is beside what is allowed.
+  // Computes a step and returns its error relative to the limit.
   const tried = (h) => {
     NODES.forEach((weights, stage) => {
       for (let i = 0; i < size; i++) {
@@ -53,7 +53,7 @@ const follow = (start, duration) => {
     return worst;
   };
   const isUp = () => Math.abs(y[0]) < FLAT && Math.abs(y[2]) < FLAT;
-  // Whether a divisor of the equations has vanished in a step.
+  // True if a divisor of the equations has changed sign during a step.
   const isAcross = () => k[0].subarray(size).some((x, i) => x * k[6][size + i] <= 0);
   let h = 1e-3, steps = 0;
   const toFrame = () => {

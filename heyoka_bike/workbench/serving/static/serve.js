@@ -1,5 +1,5 @@
 "use strict";
-// The pages work without this; it adds dropping, a check of the size before anything is sent, and progress.
+// The pages also work without this script. It adds drag and drop, a check of the size before sending, and progress.
 
 const form = document.querySelector("form.upload");
 if (form) upload(form);
@@ -22,7 +22,7 @@ function upload(form) {
       return item;
     }));
     complain(files.length > count ? `Found ${files.length} files, expected ${count} at most.`
-      : all > most ? `Found ${size(all)}, expected ${size(most)} at most. Fewer rows will do: 1001 are usual. Nothing was sent.` : "");
+      : all > most ? `Found ${size(all)}, expected ${size(most)} at most. Nothing was sent. Use fewer rows: 1001 are usual.` : "");
     return !error.textContent;
   }
 
@@ -54,7 +54,7 @@ function upload(form) {
     button.disabled = true;
     said.textContent = "sending";
     bar.setAttribute("aria-label", "Sent");
-    // A reader of the screen is not told every piece: the bar has it.
+    // Screen readers report the progress bar, so they need not read this text.
     much.setAttribute("aria-hidden", "true");
     request.upload.addEventListener("progress", (sent) => {
       if (!sent.lengthComputable) return;
@@ -68,16 +68,16 @@ function upload(form) {
     });
     request.addEventListener("load", () => {
       let found = {};
-      try { found = JSON.parse(request.responseText); } catch { /* no answer of ours */ }
+      try { found = JSON.parse(request.responseText); } catch { /* the answer is not from this server */ }
       if (found.location) location.assign(found.location);
       else end(found.error || `The server answered ${request.status}.`);
     });
-    request.addEventListener("error", () => end("The connection broke, or the server refused the size. Nothing is kept; try again."));
+    request.addEventListener("error", () => end("The connection failed, or the server rejected the size. Nothing was stored; try again."));
     request.open("POST", form.action);
     request.setRequestHeader("Accept", "application/json");
     request.send(new FormData(form));
   });
-  // The browser may bring back what was chosen, and a button that was pressed.
+  // After going back, the browser may restore the chosen files and a disabled button.
   window.addEventListener("pageshow", () => { form.querySelector("button.main").disabled = false; busy.replaceChildren(); check(); });
 }
 
