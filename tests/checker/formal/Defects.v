@@ -1,4 +1,4 @@
-(* What the intervals of the checks enclose: numbers, the defect and the slopes of a piece. *)
+(* Real numbers that the intervals of the checks enclose: the defect and the slopes of a piece. *)
 From Coq Require Import Reals QArith Qreals ZArith List Bool Lra Lia.
 From Coquelicot Require Import Coquelicot.
 From Interval Require Import Xreal Interval.Interval Float_full Tactic_float.

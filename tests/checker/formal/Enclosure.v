@@ -146,7 +146,7 @@ transitivity (sum count (fun j => k * ((if Nat.eqb j i then 1 else 0) * z j)
 apply sum_ext; intros j _; rewrite E; ring.
 Qed.
 
-(* What the bound of a piece encloses *)
+(* The real number that the bound of a piece encloses *)
 Definition real_ratio (w d : R) : R := sqrt (d / (w + d * (2 * half * (2 * half)))).
 Definition real_bound (k w d : R) : R :=
   (w + d / real_ratio w d * (2 * half)) * exp ((k + real_ratio w d) * (2 * half)).
@@ -269,7 +269,7 @@ apply (stays (fun u => squares p x t (u - half))
     apply Rplus_le_compat; [exact Grow|]; apply Rplus_le_compat_l.
     apply Rmult_le_compat_l; [left; now apply Rinv_0_lt_compat | exact (Miss v Hv)].
   apply Req_le; unfold Rdiv; ring.
-- (* what it comes to *)
+- (* the bound at the end *)
   intros u Hu; unfold real_bound; fold r.
   replace (0 - half) with (- half) by ring.
   pose proof (squares_nonneg p x t (- half)).
@@ -401,7 +401,7 @@ Proof. cbn [check_chain]; rewrite !andb_true_iff; tauto. Qed.
 Lemma half_positive : 0 < half.
 Proof. unfold half; lra. Qed.
 
-(* What a list that passes the check says of its first piece *)
+(* The bound of the first piece of a list that passes the check *)
 Lemma first_correct p rest next W w x until t :
   check_chain (matrix_in (frame c)) (matrix_in (inverse c)) (rational (tube c)) next W (p :: rest) = true ->
   motion x until -> half <= t -> 0 <= w -> w \in W ->

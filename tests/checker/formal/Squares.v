@@ -7,7 +7,7 @@ Open Scope R_scope.
 
 Definition form (n : nat) (K : nat -> nat -> R) (z : nat -> R) :=
   sum n (fun i => z i * sum n (fun j => K i j * z j)).
-(* What is left when the square with the last variable is taken off. *)
+(* The rest of a form after the square with the last variable is subtracted. *)
 Definition rest (m : nat) (K : nat -> nat -> R) i j := K i j - K i m * K j m / K m m.
 
 Lemma form_rest n K z :
