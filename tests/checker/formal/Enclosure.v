@@ -1,676 +1,583 @@
-(* Theorem 1 for polynomials in one bicycle: what a motion is, the checks, and why they suffice. *)
-From Coq Require Import Reals ZArith List Bool Lra Lia.
+(* Theorem 1 for polynomials in one bicycle: why the checks suffice. *)
+From Coq Require Import Reals QArith Qreals ZArith List Bool Lra Lia.
 From Coquelicot Require Import Coquelicot.
 From Interval Require Import Xreal Interval.Interval Float_full Tactic_float.
 From Interval Require Import Eval.Tree Eval.Prog Eval.Eval.
-Require Import Growth Sums Slopes.
+Require Import Growth Sums Intervals Models Slopes Squares Defects.
+Require Export Checks.
 Import ListNotations.
 Open Scope R_scope.
 
-Module TV := A.TaylorValuator.
-Module TM := TV.TM.
-
-Definition count := 7%nat. (* of state variables *)
-
-(* n over 2 to the power of bits *)
-Definition over (n : Z) (bits : Z) : R := IZR n / IZR (2 ^ bits).
-
-(* Coefficients are integers over 2^52, by variable, the constant one first; the growth rate is one over
-   2^4, and the rest, over 2^160, are bounds of sums of squares: of defect, of the error at both ends. *)
-Record piece := Piece {
-  coefficients : list (list Z); growth : Z; defect : Z; entry : Z; exit : Z }.
-
-Fixpoint polynomial (c : list Z) (s : R) : R :=
-  match c with nil => 0 | a :: c => over a 52 + s * polynomial c s end.
-Fixpoint slope_of (c : list Z) (s : R) : R :=
-  match c with nil => 0 | a :: c => polynomial c s + s * slope_of c s end.
-Definition candidate (p : piece) (i : nat) := polynomial (nth i (coefficients p) nil).
-
-Definition step : R := 1 / 32.
-(* Weights of the variables' errors, in 12ths. *)
-Definition weights : list Z := [12; 1; 4; 36; 72; 144; 192]%Z.
-Definition weight (i : nat) : R := IZR (nth i weights 1%Z) / 12.
-(* Balances the rows of a matrix, see Sums.v. *)
-Definition balances : list Z := [60; 20; 96; 100; 38; 20; 6]%Z.
-Definition balance (i : nat) : R := IZR (nth i balances 1%Z).
-Definition tube : Z := 2 ^ 112. (* over 2^160: errors stay below 2^-24 times their weights *)
-Definition error : R := 1 / 100000000.
-
-Section Enclosure.
+Section Bicycle.
 Variable program : list term.
 Variable integers : list Z.
 Variable start : list (Z * Z).
+Local Notation constants := (constants integers).
+Local Notation field := (field program integers).
+Local Notation motion := (motion program integers).
+Local Notation begins := (begins start).
+Local Notation constants_in := (constants_in integers).
+Local Notation rates_of := (rates_of program integers).
+Local Notation missing := (missing program integers).
+Local Notation missing_squares := (missing_squares program integers).
+Local Notation slopes_found := (slopes_found program integers).
+Local Notation check_piece := (check_piece program integers).
+Local Notation distance_in := (distance_in start).
+Local Notation check_chain := (check_chain program integers).
+Local Notation check_start := (check_start start).
+Local Notation check_block := (check_block program integers).
+Local Notation defect := (defect program integers).
 
-Definition constants : list R := map IZR integers ++ [PI].
+Section Frame.
+Variable c : certificate.
+Hypothesis framed : check_frame c = true.
+Notation out := (real (frame c)).
+Notation back := (real (inverse c)).
+Notation wall := (Q2R (tube c)).
 
-(* The right-hand side of the equations of motion. *)
-Definition field (i : nat) (x : list R) : R := nth i (eval_real program (x ++ constants)) 0.
+Lemma frame_parts : all_states (fun i => all_states (is_inverse c i)) = true /\ all_states (is_low c) = true.
+Proof. generalize framed; unfold check_frame; now rewrite andb_true_iff. Qed.
 
-Definition state (x : nat -> R -> R) (t : R) : list R := map (fun i => x i t) (seq 0 count).
-
-Definition motion (x : nat -> R -> R) (until : R) : Prop :=
-  forall t, 0 <= t <= until -> forall i, (i < count)%nat ->
-  is_derive (x i) t (field i (state x t)).
-
-Definition begins (x : nat -> R -> R) : Prop :=
-  forall i, (i < count)%nat -> x i 0 = let (a, b) := nth i start (0, 1)%Z in IZR a / IZR b.
-
-(* The conclusion of Theorem 1. *)
-Definition near_candidate (x : nat -> R -> R) (until : R) (pieces : list piece) : Prop :=
-  forall k p, nth_error pieces k = Some p ->
-  forall s, 0 <= s <= step -> INR k * step + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (INR k * step + s) - candidate p i s) <= error.
-
-(* The checks, in intervals of binary64. *)
-
-Definition scaled (n bits : Z) : I.type := I.div prec (integer n) (integer (2 ^ bits)).
-Definition step_in : I.type := I.div prec (integer 1) (integer 32).
-Definition weight_in (i : nat) : I.type :=
-  I.div prec (integer (nth i weights 1%Z)) (integer 12).
-Definition balance_in (i : nat) : I.type := integer (nth i balances 1%Z).
-Definition span : I.type := I.join I.zero step_in.
-Definition symmetric (a : I.type) : I.type := I.join (I.neg a) a.
-Definition square_in (a : I.type) : I.type := I.mul prec a a.
-Definition constants_in : list I.type := map integer integers ++ [I.pi prec].
-
-Definition degree := 16%nat.
-Definition u : TM.U := (prec, degree).
-
-Fixpoint models (c : list Z) : TM.T * TM.T :=
-  match c with
-  | nil => (TM.const I.zero, TM.const I.zero)
-  | a :: c => let (p, d) := models c in
-    (TM.add u span (TM.const (scaled a 52)) (TM.mul u span TM.var p),
-     TM.add u span p (TM.mul u span TM.var d))
-  end.
-
-Fixpoint value_in (c : list Z) (s : I.type) : I.type :=
-  match c with nil => I.zero | a :: c => I.add prec (scaled a 52) (I.mul prec s (value_in c s)) end.
-
-Definition unit_slopes (i : nat) : list I.type := repeat I.zero i ++ [integer 1].
-
-Definition all_states (f : nat -> bool) : bool := forallb f (seq 0 count).
-
-(* w_j / w_i times slope, and the entries of twice the symmetric part *)
-Definition weighted (slopes : nat -> nat -> I.type) i j : I.type :=
-  I.div prec (I.mul prec (slopes i j) (weight_in j)) (weight_in i).
-Definition twice_part_in (b : nat -> nat -> I.type) i j : I.type :=
-  if Nat.eqb i j then I.mul prec (integer 2) (b i i) else I.abs (I.add prec (b i j) (b j i)).
-
-Definition has_slopes (a : sloped) : bool := match a with Some _ => true | None => false end.
-Definition slopes_of (a : sloped) (j : nat) : I.type :=
-  match a with Some (_, p) => nth j p I.zero | None => I.zero end.
-
-Definition models_of (p : piece) (i : nat) := models (nth i (coefficients p) nil).
-
-(* The rates along the candidate, and how far its derivative is from them. *)
-Definition rates_of (p : piece) : list TM.T :=
-  eval_generic TM.dummy (TV.operations prec degree span) program
-    (map (fun i => fst (models_of p i)) (seq 0 count) ++ map TM.const constants_in).
-Definition missing (p : piece) (rates : list TM.T) (i : nat) : I.type :=
-  TM.eval u (TM.sub u span (snd (models_of p i)) (nth i rates TM.dummy)) span span.
-
-(* All states in the tube around the candidate, and the slopes of the rates over them. *)
-Definition room (i : nat) : I.type := symmetric (I.div prec (weight_in i) (integer (2 ^ 24))).
-Definition box (p : piece) (i : nat) : I.type :=
-  I.add prec (TM.eval u (fst (models_of p i)) span span) (room i).
-Definition slopes_found (p : piece) : list sloped :=
-  eval_generic None sloped_operations program
-    (map (fun i => Some (box p i, unit_slopes i)) (seq 0 count)
-     ++ map (fun c => Some (c, nil)) constants_in).
-
-Definition check_piece (p : piece) : bool :=
-  let rates := rates_of p in
-  let found := slopes_found p in
-  let rate := scaled (growth p) 4 in
-  let slopes i := slopes_of (nth i found None) in
-  all_states (fun i => has_slopes (nth i found None))
-  && all_states (fun i => is_positive (I.sub prec (I.sub prec rate (integer 1))
-       (interval_sum count (fun j =>
-          I.mul prec (twice_part_in (weighted slopes) i j) (I.div prec (balance_in j) (balance_in i))))))
-  && is_positive (I.sub prec (scaled (defect p) 160)
-       (interval_sum count (fun i => square_in (I.div prec (missing p rates i) (weight_in i)))))
-  && Z.leb 0 (growth p)
-  && is_positive (I.sub prec (scaled (exit p) 160)
-       (I.mul prec (I.add prec (scaled (entry p) 160) (I.mul prec (scaled (defect p) 160) step_in))
-          (I.exp prec (I.mul prec rate step_in))))
-  && Z.ltb (exit p) tube
-  && all_states (fun i => is_positive (I.sub prec (square_in (I.div prec (integer 1) (integer 100000000)))
-       (I.mul prec (square_in (weight_in i)) (scaled (exit p) 160)))).
-
-(* The error at the end of p with the jump to q, in squares, is at most what q may begin with. *)
-Definition check_jump (p q : piece) : bool :=
-  let jump i := I.sub prec (value_in (nth i (coefficients p) nil) step_in)
-                  (value_in (nth i (coefficients q) nil) I.zero) in
-  is_positive (I.sub prec (scaled (entry q) 160)
-    (I.add prec (I.mul prec (scaled 1025 10) (scaled (exit p) 160))
-       (I.mul prec (integer 1025)
-          (interval_sum count (fun i => square_in (I.div prec (jump i) (weight_in i))))))).
-
-Definition check_start (p : piece) : bool :=
-  let distance i :=
-    I.sub prec (let (a, b) := nth i start (0, 1)%Z in I.div prec (integer a) (integer b))
-      (value_in (nth i (coefficients p) nil) I.zero) in
-  all_states (fun i => Z.ltb 0 (snd (nth i start (0, 1)%Z)))
-  && is_positive (I.sub prec (scaled (entry p) 160)
-       (interval_sum count (fun i => square_in (I.div prec (distance i) (weight_in i))))).
-
-Fixpoint check_chain (pieces : list piece) : bool :=
-  match pieces with
-  | nil => true
-  | p :: rest =>
-    check_piece p && match rest with nil => true | q :: _ => check_jump p q end && check_chain rest
-  end.
-
-Definition check (pieces : list piece) : bool :=
-  match pieces with nil => true | p :: _ => check_start p end && check_chain pieces.
-
-(* Why they suffice. *)
-
-Lemma power_nonzero b : (0 <= b)%Z -> IZR (2 ^ b) <> 0.
-Proof. intros H; apply IZR_neq, Z.pow_nonzero; lia. Qed.
-
-Lemma scaled_in n b : (0 <= b)%Z -> over n b \in scaled n b.
-Proof. intros H; apply div_in; [now apply power_nonzero | apply integer_in | apply integer_in]. Qed.
-
-Lemma step_is_in : step \in step_in.
-Proof. apply div_in; [lra | apply (integer_in 1) | apply (integer_in 32)]. Qed.
-
-Lemma weight_is_in i : weight i \in weight_in i.
-Proof. apply div_in; [lra | apply integer_in | apply (integer_in 12)]. Qed.
-
-Lemma weight_positive i : 0 < weight i.
-Proof. unfold weight, weights; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
-
-Lemma balance_positive i : 0 < balance i.
-Proof. unfold balance, balances; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
-
-Lemma square_is_in x a : x \in a -> x * x \in square_in a.
-Proof. intros X; now apply mul_in. Qed.
-
-Lemma between_in a x y z : x \in a -> y \in a -> x <= z <= y -> z \in a.
-Proof. intros X Y Z; exact (contains_connected (I.convert a) x y X Y z Z). Qed.
-
-Lemma span_in s : 0 <= s <= step -> s \in span.
+Lemma inverse_spec i k : is_inverse c i k = true -> times out back i k = if Nat.eqb k i then 1 else 0.
 Proof.
-intros H; apply between_in with 0 step; [| |easy]; apply I.join_correct.
-- left; apply zero_in.
-- right; apply step_is_in.
+unfold is_inverse; intros E; apply Qeq_bool_eq, Qeq_eqR in E; rewrite qsum_real in E.
+replace (if Nat.eqb k i then 1 else 0) with (Q2R (if Nat.eqb k i then 1 else 0)%Q).
+  rewrite <- E; unfold times; apply sum_ext; intros j _; unfold real; now rewrite Q2R_mult.
+destruct (Nat.eqb k i); [apply RMicromega.Q2R_1 | apply RMicromega.Q2R_0].
 Qed.
 
-Lemma symmetric_in x y a : y \in a -> Rabs x <= y -> x \in symmetric a.
+Lemma frame_identity i k :
+  (i < count)%nat -> (k < count)%nat -> times out back i k = if Nat.eqb k i then 1 else 0.
 Proof.
-intros Y X; apply between_in with (- y) y; [| |now apply Rabs_le_between].
-- apply I.join_correct; left; now apply neg_in.
-- apply I.join_correct; now right.
+intros Hi Hk; apply inverse_spec; destruct frame_parts as [F _].
+exact (all_states_spec (is_inverse c i) k
+  (all_states_spec (fun i => all_states (is_inverse c i)) i F Hi) Hk).
 Qed.
 
-Lemma all_states_spec f i : all_states f = true -> (i < count)%nat -> f i = true.
+Lemma squared_error_real : Q2R squared_error = error * error.
+Proof. unfold Q2R, squared_error, error, Qnum, Qden; field. Qed.
+
+Lemma low_spec i :
+  is_low c i = true -> sum count (fun j => out i j * out i j) * wall <= error * error.
 Proof.
-unfold all_states; rewrite forallb_forall; intros H Hi; apply H, in_seq; lia.
+unfold is_low; intros E; apply Qle_bool_iff, Qle_Rle in E.
+rewrite Q2R_mult, qsum_real, squared_error_real in E.
+apply Rle_trans with (2 := E), Req_le; f_equal.
+apply sum_ext; intros j _; unfold real; now rewrite Q2R_mult.
 Qed.
 
-Lemma constants_within : A.contains_all constants_in constants.
+Lemma frame_tube i :
+  (i < count)%nat -> sum count (fun j => out i j * out i j) * wall <= error * error.
 Proof.
-unfold constants_in, constants; split.
-  now rewrite !app_length, !map_length.
-intros j; destruct (le_lt_dec (length (map integer integers)) j) as [H|H].
-  rewrite app_nth2 by easy.
-  rewrite app_nth2 by now rewrite map_length in *.
-  rewrite !map_length in *.
-  destruct (j - length integers)%nat as [|k]; [apply I.pi_correct|].
-  now destruct k.
-rewrite !app_nth1 by now rewrite map_length in *.
-rewrite map_length in H.
-rewrite (nth_indep _ I.nai (integer 0)) by now rewrite map_length.
-rewrite !map_nth; apply integer_in.
+intros Hi; apply low_spec; destruct frame_parts as [_ F].
+exact (all_states_spec (is_low c) i F Hi).
 Qed.
 
-Lemma is_derive_polynomial c s : is_derive (polynomial c) s (slope_of c s).
-Proof.
-induction c as [|a c IH]; simpl; [exact (is_derive_const 0 s)|].
-replace (polynomial c s + s * slope_of c s) with (0 + (1 * polynomial c s + s * slope_of c s)) by ring.
-apply (is_derive_plus (fun _ => over a 52) (fun s => s * polynomial c s)).
-  apply (is_derive_const (over a 52)).
-apply (is_derive_mult (fun s => s) (polynomial c)); [apply (is_derive_id s) | exact IH | intros; apply Rmult_comm].
-Qed.
-
-Lemma models_correct c :
-  TM.approximates span (fst (models c)) (fun s => Xreal (polynomial c s)) /\
-  TM.approximates span (snd (models c)) (fun s => Xreal (slope_of c s)).
-Proof.
-induction c as [|a c [P D]]; cbn [models polynomial slope_of].
-  split; apply TM.const_correct, zero_in.
-destruct (models c) as [p d]; cbn [fst snd] in *; split.
-- apply (@TM.add_correct u span _ _ (fun _ => Xreal (over a 52)) (fun s => Xreal (s * polynomial c s))).
-    apply TM.const_correct, scaled_in; lia.
-  now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (polynomial c s))); [apply TM.var_correct|].
-- apply (@TM.add_correct u span _ _ (fun s => Xreal (polynomial c s)) (fun s => Xreal (s * slope_of c s))); [easy|].
-  now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (slope_of c s))); [apply TM.var_correct|].
-Qed.
-
-Lemma value_is_in c s a : s \in a -> polynomial c s \in value_in c a.
-Proof.
-intros S; induction c as [|b c IH]; cbn [polynomial value_in]; [apply zero_in|].
-apply add_in; [apply scaled_in; lia | now apply mul_in].
-Qed.
-
-Lemma models_of_program (inputs : R -> list ExtendedR) (tms : list TM.T) i :
-  (forall j, TM.approximates span (nth j tms TM.dummy) (fun s => nth j (inputs s) Xnan)) ->
-  TM.approximates span
-    (nth i (eval_generic TM.dummy (TV.operations prec degree span) program tms) TM.dummy)
-    (fun s => nth i (eval_ext program (inputs s)) Xnan).
-Proof.
-intros H; unfold eval_ext.
-apply (eval_inductive_prop_fun ExtendedR TM.T (fun a b => TM.approximates span b a)); try easy.
-- intros a b E t; apply TM.approximates_ext; now intros s; rewrite E.
-- apply TM.dummy_correct.
-- intros o a b T; destruct o; cbn [unary ext_operations TV.operations].
-  + now apply TM.opp_correct.
-  + now apply TM.abs_correct.
-  + now apply TM.inv_correct.
-  + now apply TM.sqr_correct.
-  + now apply TM.sqrt_correct.
-  + now apply TM.cos_correct.
-  + now apply TM.sin_correct.
-  + now apply TM.tan_correct.
-  + now apply TM.atan_correct.
-  + now apply TM.exp_correct.
-  + now apply TM.ln_correct.
-  + now apply TM.power_int_correct.
-  + now apply TM.nearbyint_correct.
-  + now apply TM.round_flt_correct.
-- intros o a1 a2 b1 b2 T1 T2; destruct o; cbn [binary ext_operations TV.operations].
-  + now apply TM.add_correct.
-  + now apply TM.sub_correct.
-  + now apply TM.mul_correct.
-  + now apply TM.div_correct.
-Qed.
-
-Definition candidate_state (p : piece) (s : R) : list R := map (fun i => candidate p i s) (seq 0 count).
-
-Lemma nth_state (f : nat -> R) (l : list R) j d :
-  nth j (map f (seq 0 count) ++ l) d = if Nat.ltb j count then f j else nth (j - count) l d.
-Proof.
-destruct (Nat.ltb_spec j count) as [H|H].
-  rewrite app_nth1 by now rewrite map_length, seq_length.
-  rewrite (nth_indep _ d (f O)) by now rewrite map_length, seq_length.
-  now rewrite map_nth, seq_nth.
-now rewrite app_nth2, map_length, seq_length by now rewrite map_length, seq_length.
-Qed.
-
-Lemma missing_in p s i :
-  0 <= s <= step ->
-  slope_of (nth i (coefficients p) nil) s - field i (candidate_state p s) \in missing p (rates_of p) i.
-Proof.
-intros Hs; unfold field.
-apply (xreal_to_real
-  (fun y => contains (I.convert (missing p (rates_of p) i)) (Xsub (Xreal (slope_of (nth i (coefficients p) nil) s)) y))
-  (fun r => slope_of (nth i (coefficients p) nil) s - r \in missing p (rates_of p) i)).
-- simpl; intros H r; destruct (I.convert (missing p (rates_of p) i)); easy.
-- now simpl.
-- set (f := fun s => Xsub (Xreal (slope_of (nth i (coefficients p) nil) s))
-      (nth i (eval_ext program (map Xreal (candidate_state p s ++ constants))) Xnan)).
-  refine (@TM.eval_correct u span _ f _ span (Xreal s) (span_in s Hs)).
-  apply (@TM.sub_correct u span _ _ (fun s => Xreal (slope_of (nth i (coefficients p) nil) s))
-    (fun s => nth i (eval_ext program (map Xreal (candidate_state p s ++ constants))) Xnan)).
-    apply models_correct.
-  apply models_of_program; intros j.
-  destruct (le_lt_dec count j) as [H|H].
-  + rewrite app_nth2 by now rewrite map_length, seq_length.
-    apply TM.approximates_ext with (fun _ => nth (j - count) (map Xreal constants) Xnan).
-      intros t; rewrite map_app, app_nth2; unfold candidate_state; now rewrite !map_length, seq_length.
-    rewrite map_length, seq_length.
-    destruct constants_within as [L C].
-    destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
-      rewrite nth_overflow by (now rewrite map_length); apply TM.dummy_correct.
-    rewrite (nth_indep _ TM.dummy (TM.const I.nai)) by now rewrite map_length.
-    rewrite (nth_indep _ Xnan (Xreal 0)) by now rewrite map_length, <- L.
-    rewrite !map_nth; now apply TM.const_correct.
-  + rewrite app_nth1 by now rewrite map_length, seq_length.
-    rewrite (nth_indep _ TM.dummy (fst (models_of p O))) by now rewrite map_length, seq_length.
-    rewrite (map_nth (fun i => fst (models_of p i))), seq_nth by easy.
-    apply TM.approximates_ext with (fun s => Xreal (candidate p j s)).
-      intros t; rewrite (nth_indep _ Xnan (Xreal 0)).
-        now rewrite map_nth; unfold candidate_state; rewrite nth_state; destruct (Nat.ltb_spec j count); [|lia].
-      rewrite map_length, app_length; unfold candidate_state; rewrite map_length, seq_length; lia.
-    apply models_correct.
-Qed.
-
-Lemma sum_unit n j (e : nat -> R) :
-  (j < n)%nat -> sum n (fun k => (if Nat.eqb k j then 1 else 0) * e k) = e j.
-Proof.
-induction n as [|n IH]; intros H; [lia|]; simpl.
-destruct (Nat.eqb_spec n j) as [->|N].
-  rewrite (sum_ext j _ (fun k => 0 * e k)), sum_scal; [ring|].
-  intros k K; destruct (Nat.eqb_spec k j); [lia | easy].
-rewrite IH by lia; ring.
-Qed.
-
-Lemma unit_slopes_within j : within (fun k => if Nat.eqb k j then 1 else 0) (unit_slopes j).
-Proof.
-intros k; unfold unit_slopes.
-destruct (Nat.eqb_spec k j) as [->|N].
-  rewrite app_nth2; rewrite repeat_length; [|lia].
-  rewrite Nat.sub_diag; apply (integer_in 1).
-destruct (le_lt_dec j k) as [H|H].
-  rewrite app_nth2; rewrite repeat_length; [|lia].
-  destruct (k - j)%nat as [|m] eqn:E; [lia|]; destruct m; apply zero_in.
-rewrite app_nth1 by now rewrite repeat_length.
-rewrite nth_repeat; apply zero_in.
-Qed.
-
-Lemma room_in i r : Rabs r <= weight i / 2 ^ 24 -> r \in room i.
-Proof.
-intros H; apply symmetric_in with (weight i / 2 ^ 24); [|easy].
-rewrite (pow_IZR 2 24).
-apply div_in; [apply IZR_neq; lia | apply weight_is_in | apply integer_in].
-Qed.
-
-Lemma field_difference p s (e : nat -> R) i :
-  0 <= s <= step ->
-  (forall j, (j < count)%nat -> Rabs (e j) <= weight j / 2 ^ 24) ->
-  has_slopes (nth i (slopes_found p) None) = true ->
-  exists g, (forall j, g j \in slopes_of (nth i (slopes_found p) None) j) /\
-    field i (map (fun j => candidate p j s + e j) (seq 0 count)) - field i (candidate_state p s)
-    = sum count (fun j => g j * e j).
-Proof.
-intros Hs He Has.
-set (inputs := fun r => map (fun j => candidate p j s + r * e j) (seq 0 count) ++ constants).
-assert (M : moves count e (fun r => nth i (eval_real program (inputs r)) 0) (nth i (slopes_found p) None)).
-  apply moves_program; intros j.
-  destruct (le_lt_dec count j) as [H|H].
-  - rewrite app_nth2 by now rewrite map_length, seq_length.
-    rewrite map_length, seq_length.
-    destruct constants_within as [L C].
-    destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
-      now rewrite nth_overflow by (now rewrite map_length).
-    rewrite (nth_indep _ None (Some (I.nai, nil))) by now rewrite map_length.
-    rewrite (map_nth (fun c => Some (c, nil))).
-    intros r _; unfold inputs; rewrite nth_state.
-    destruct (Nat.ltb_spec j count) as [|_]; [lia|]; split; [apply C|].
-    exists (fun _ => 0); split; [intros k; destruct k; apply zero_in|].
-    rewrite sum_scal, Rmult_0_l.
-    apply (is_derive_ext (fun _ => nth (j - count) constants 0)); [|apply (is_derive_const (nth (j - count) constants 0))].
-    intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [lia | easy].
-  - rewrite app_nth1 by now rewrite map_length, seq_length.
-    rewrite (nth_indep _ None (Some (box p O, unit_slopes O))) by now rewrite map_length, seq_length.
-    rewrite (map_nth (fun i => Some (box p i, unit_slopes i))), seq_nth by easy.
-    intros r Hr; unfold inputs; rewrite nth_state.
-    destruct (Nat.ltb_spec j count) as [_|]; [|lia]; split.
-    + apply add_in.
-        refine (@TM.eval_correct u span _ (fun s => Xreal (candidate p j s)) _ span (Xreal s) (span_in s Hs)).
-        apply models_correct.
-      apply room_in; rewrite Rabs_mult, (Rabs_right r) by lra.
-      apply Rle_trans with (2 := He j H); pose proof (Rabs_pos (e j)); nra.
-    + exists (fun k => if Nat.eqb k j then 1 else 0); split; [apply unit_slopes_within|].
-      rewrite sum_unit by easy.
-      apply (is_derive_ext (fun r => candidate p j s + r * e j)).
-        intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [easy | lia].
-      auto_derive; [easy | ring].
-destruct (nth i (slopes_found p) None) as [[x l]|]; [|easy].
-destruct (mean_value _ _ _ _ _ M) as [g [G E]].
-exists g; split; [exact G|].
-assert (E1 : inputs 1 = map (fun j => candidate p j s + e j) (seq 0 count) ++ constants).
-  unfold inputs; f_equal; apply map_ext; intros j; ring.
-assert (E0 : inputs 0 = candidate_state p s ++ constants).
-  unfold inputs, candidate_state; f_equal; apply map_ext; intros j; ring.
-now rewrite <- E, E1, E0.
-Qed.
-
-Lemma rate_bound (B : nat -> nat -> R) (delta z : nat -> R) k d :
-  (forall i, (i < count)%nat ->
-     sum count (fun j => twice_part B i j * (balance j / balance i)) <= k - 1) ->
-  sum count (fun i => delta i * delta i) <= d ->
-  sum count (fun i => 2 * z i * (sum count (fun j => B i j * z j) - delta i))
-  <= k * sum count (fun i => z i * z i) + d.
-Proof.
-intros Q D.
-pose proof (quadratic count B balance z (k - 1) balance_positive Q) as P.
-assert (S : sum count (fun i => 2 * z i * (sum count (fun j => B i j * z j) - delta i))
-  <= sum count (fun i => 2 * (z i * sum count (fun j => B i j * z j)) + (z i * z i + delta i * delta i))).
-  apply sum_le; intros i _; pose proof (Rle_0_sqr (z i + delta i)) as N; unfold Rsqr in N; lra.
-rewrite !sum_plus, sum_scal in S; lra.
-Qed.
-
-Lemma finite_choice n (P : nat -> (nat -> R) -> Prop) :
-  (forall i, (i < n)%nat -> exists g, P i g) -> exists G, forall i, (i < n)%nat -> P i (G i).
-Proof.
-induction n as [|n IH]; intros H; [now exists (fun _ _ => 0)|].
-destruct IH as [G HG]; [intros i Hi; apply H; lia|].
-destruct (H n ltac:(lia)) as [g Hg].
-exists (fun i => if Nat.eqb i n then g else G i).
-intros i Hi; destruct (Nat.eqb_spec i n) as [->|N]; [easy | apply HG; lia].
-Qed.
-
-(* The error in weights, and the sum of its squares. *)
-Definition scaled_error (p : piece) (x : nat -> R -> R) (t s : R) (i : nat) : R :=
-  (x i (t + s) - candidate p i s) / weight i.
+(* The error, its coordinates in the frame, and the sum of their squares *)
+Definition gap (p : piece) (x : nat -> R -> R) (t s : R) (i : nat) : R := x i (t + s) - candidate p i s.
+Definition coordinate (p : piece) (x : nat -> R -> R) (t s : R) (i : nat) : R :=
+  sum count (fun j => back i j * gap p x t s j).
 Definition squares (p : piece) (x : nat -> R -> R) (t s : R) : R :=
-  sum count (fun i => scaled_error p x t s i * scaled_error p x t s i).
+  sum count (fun i => coordinate p x t s i * coordinate p x t s i).
 
-Lemma square_le p x t s i bound :
-  (i < count)%nat -> squares p x t s <= bound ->
-  scaled_error p x t s i * scaled_error p x t s i <= bound.
+Lemma squares_nonneg p x t s : 0 <= squares p x t s.
+Proof. apply sum_nonneg; intros i _; apply Rle_0_sqr. Qed.
+
+Lemma gap_is p x t s i :
+  (i < count)%nat -> gap p x t s i = sum count (fun j => out i j * coordinate p x t s j).
 Proof.
-intros Hi; apply Rle_trans; unfold squares.
-apply (term_le_sum count (fun i => scaled_error p x t s i * scaled_error p x t s i)); [|easy].
-intros j _; exact (Rle_0_sqr (scaled_error p x t s j)).
+intros Hi; unfold coordinate; rewrite sum_product.
+rewrite <- (sum_unit count i (gap p x t s) Hi) at 1.
+apply sum_ext; intros k Hk; fold (times out back i k); now rewrite frame_identity.
 Qed.
 
-Lemma less_by a b x y : a \in x -> b \in y -> is_positive (I.sub prec x y) = true -> b < a.
-Proof. intros X Y P; generalize (positive _ _ P (sub_in _ _ _ _ X Y)); lra. Qed.
-
-Lemma over_nonneg n b : (0 <= n)%Z -> (0 <= b)%Z -> 0 <= over n b.
+Lemma gap_small p x t s i :
+  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= error.
 Proof.
-intros N B; apply Rmult_le_pos; [now apply IZR_le|].
-left; apply Rinv_0_lt_compat, IZR_lt, Z.pow_pos_nonneg; lia.
+intros Hi S.
+assert (G : Rsqr (gap p x t s i) <= Rsqr error).
+  rewrite gap_is by easy; apply Rle_trans with (1 := cauchy_schwarz _ _ _).
+  apply Rle_trans with (2 := frame_tube i Hi), Rmult_le_compat_l; [|exact S].
+  apply sum_nonneg; intros j _; apply Rle_0_sqr.
+apply Rsqr_le_abs_0 in G; now rewrite (Rabs_right error) in G by (unfold error; lra).
 Qed.
 
-Lemma piece_correct p x until t s :
-  check_piece p = true -> motion x until -> 0 <= t -> 0 <= s <= step -> t + s <= until ->
-  squares p x t 0 <= over (entry p) 160 ->
-  squares p x t s <= over (exit p) 160.
+Lemma part_correct k K found q G s z :
+  check_part (matrix_in (frame c)) (matrix_in (inverse c)) K found q = true ->
+  k \in K -> s \in part q ->
+  (forall i j, (i < count)%nat -> (j < count)%nat -> G i j \in slope_at (nth i found None) j (part q)) ->
+  2 * sum count (fun i => z i * sum count (fun j => times back (times G out) i j * z j))
+  <= k * sum count (fun i => z i * z i).
+Proof.
+intros C HK Hs HG; set (B := times back (times G out)).
+set (M := fun i j => if Nat.eqb i j then k - 2 * B i i else - (B i j + B j i)).
+assert (E : forall i j, M i j = k * (if Nat.eqb j i then 1 else 0) - (B i j + B j i)).
+  intros i j; unfold M; rewrite (Nat.eqb_sym j i).
+  destruct (Nat.eqb_spec i j) as [->|N]; ring.
+assert (P : 0 <= form count M z).
+  unfold check_part in C; apply nonnegative_correct with (1 := C).
+    intros i j; rewrite !E, (Nat.eqb_sym j i); ring.
+  intros i j Hi Hj; rewrite entry_table by easy; unfold M.
+  set (b := product _ _).
+  assert (HB : inside B b).
+    apply product_in; [now intros ? ? ? ?; apply matrix_is_in|].
+    apply product_in; [|now intros ? ? ? ?; apply matrix_is_in].
+    intros i' j' Hi' Hj'; rewrite entry_table by easy; auto.
+  destruct (Nat.eqb i j).
+    apply sub_in; [easy | apply mul_in; [apply (integer_in 2) | now apply HB]].
+  now apply neg_in, add_in; apply HB.
+replace (form count M z) with (k * sum count (fun i => z i * z i)
+  - 2 * sum count (fun i => z i * sum count (fun j => B i j * z j))) in P; [lra|].
+unfold form.
+transitivity (sum count (fun i => k * (z i * z i)
+  + (-1 * (z i * sum count (fun j => B i j * z j)) + -1 * (z i * sum count (fun j => B j i * z j))))).
+  rewrite !sum_plus, !sum_scal.
+  replace (sum count (fun i => z i * sum count (fun j => B j i * z j)))
+    with (sum count (fun i => z i * sum count (fun j => B i j * z j))); [ring|].
+  rewrite sum_product; apply sum_ext; intros j _; rewrite Rmult_comm; f_equal.
+  apply sum_ext; intros; ring.
+apply sum_ext; intros i Hi.
+transitivity (z i * (k * z i - sum count (fun j => B i j * z j) - sum count (fun j => B j i * z j))); [ring|].
+f_equal; rewrite <- (sum_unit count i z Hi) at 1.
+rewrite <- sum_scal.
+transitivity (sum count (fun j => k * ((if Nat.eqb j i then 1 else 0) * z j)
+  + (-1 * (B i j * z j) + -1 * (B j i * z j)))).
+  rewrite !sum_plus, !sum_scal; ring.
+apply sum_ext; intros j _; rewrite E; ring.
+Qed.
+
+(* The real number that the bound of a piece encloses *)
+Definition real_ratio (w d : R) : R := sqrt (d / (w + d * (2 * half * (2 * half)))).
+Definition real_bound (k w d : R) : R :=
+  (w + d / real_ratio w d * (2 * half)) * exp ((k + real_ratio w d) * (2 * half)).
+
+Lemma ratio_positive w d : 0 <= w -> 0 < d -> 0 < real_ratio w d.
+Proof.
+intros W D; apply sqrt_lt_R0, Rmult_lt_0_compat; [easy|].
+apply Rinv_0_lt_compat; unfold half; lra.
+Qed.
+
+Lemma bound_in k w d K W D :
+  0 <= w -> 0 < d -> k \in K -> w \in W -> d \in D -> real_bound k w d \in bound K W D.
+Proof.
+intros Hw Hd HK HW HD.
+assert (R := ratio_positive w d Hw Hd).
+assert (HR : real_ratio w d \in ratio W D).
+  apply sqrt_in, div_in; [unfold half; lra | easy |].
+  apply add_in; [easy | apply mul_in; [easy | apply sqr_in, length_is_in]].
+apply mul_in.
+  apply add_in; [easy | apply mul_in; [apply div_in; [lra | easy | easy] | apply length_is_in]].
+apply exp_in, mul_in; [now apply add_in | apply length_is_in].
+Qed.
+
+Lemma piece_correct p x until t s w d :
+  check_piece (matrix_in (frame c)) (matrix_in (inverse c)) p = true ->
+  motion x until -> half <= t -> - half <= s <= half -> t + s <= until ->
+  0 < d ->
+  (forall v, - half <= v <= half ->
+    sum count (fun i => sum count (fun j => back i j * defect p v j)
+                        * sum count (fun j => back i j * defect p v j)) <= d) ->
+  0 <= w -> squares p x t (- half) <= w ->
+  real_bound (over (rate p) 10) w d < wall ->
+  squares p x t s <= real_bound (over (rate p) 10) w d.
 Proof.
 unfold check_piece; rewrite !andb_true_iff.
-intros [[[[[[Has Rows] Defect] Growth] Exit] Tube] _] Motion Ht Hs Until Entry.
-set (z := scaled_error p x t).
-set (rate := fun v i => (field i (state x (t + v)) - slope_of (nth i (coefficients p) nil) v) / weight i).
-set (growth' := over (growth p) 4); set (defect' := over (defect p) 160).
-assert (TubeR : over (exit p) 160 < over tube 160).
-  apply Rmult_lt_compat_r; [apply Rinv_0_lt_compat, IZR_lt; lia | apply IZR_lt; now apply Z.ltb_lt].
-assert (G0 : 0 <= growth') by (apply over_nonneg; [now apply Z.leb_le | lia]).
-assert (Miss : forall v, 0 <= v <= step ->
-  sum count (fun i => (slope_of (nth i (coefficients p) nil) v - field i (candidate_state p v)) / weight i
-                      * ((slope_of (nth i (coefficients p) nil) v - field i (candidate_state p v)) / weight i))
-  <= defect').
-  intros v Hv; left; apply less_by with (3 := Defect); [apply scaled_in; lia|].
-  apply sum_in; intros i Hi; apply square_is_in, div_in;
-    [pose proof (weight_positive i); lra | now apply missing_in | apply weight_is_in].
-assert (D0 : 0 <= defect').
-  apply Rle_trans with (2 := Miss 0 ltac:(unfold step; lra)).
-  apply sum_nonneg; intros i _; apply Rle_0_sqr.
-apply stays with (dW := fun v => sum count (fun i => 2 * z v i * rate v i))
-  (W := squares p x t) (k := growth') (d := defect') (tube := over tube 160); try easy.
+intros [[[Has _] Rate] Parts] Motion Ht Hs Until D0 Miss W0 Entry Wall.
+set (k := over (rate p) 10) in *; set (r := real_ratio w d).
+assert (R0 : 0 < r) by now apply ratio_positive.
+assert (K0 : 0 <= k) by (apply over_nonneg; [now apply Z.leb_le | lia]).
+set (z := coordinate p x t).
+set (speed := fun v j => field j (state x (t + v)) - slope_of (nth j (coefficients p) nil) v).
+set (dz := fun v i => sum count (fun j => back i j * speed v j)).
+replace s with (s + half - half) by ring.
+apply (stays (fun u => squares p x t (u - half))
+  (fun u => sum count (fun i => 2 * z (u - half) i * dz (u - half) i)) (s + half) (k + r) (d / r)
+  (real_bound k w d) wall); [lra | lra | | | | | exact Wall].
+- apply Rmult_le_pos; [lra | left; now apply Rinv_0_lt_compat].
 - (* the derivative *)
-  intros v Hv; unfold squares.
-  apply (is_derive_sum count (fun i v => scaled_error p x t v i * scaled_error p x t v i)
-    (fun i v => 2 * z v i * rate v i)).
+  intros u Hu; unfold squares.
+  apply (is_derive_sum count
+    (fun i u => coordinate p x t (u - half) i * coordinate p x t (u - half) i)
+    (fun i u => 2 * z (u - half) i * dz (u - half) i)).
   intros i Hi.
-  assert (Z : is_derive (fun v => scaled_error p x t v i) v (rate v i)).
-    unfold scaled_error, rate.
-    apply (is_derive_ext (fun v => / weight i * (x i (t + v) - candidate p i v))).
-      intros r; unfold Rdiv; apply Rmult_comm.
-    replace ((field i (state x (t + v)) - slope_of (nth i (coefficients p) nil) v) / weight i)
-      with (/ weight i * (1 * field i (state x (t + v)) - slope_of (nth i (coefficients p) nil) v))
-      by (unfold Rdiv; ring).
-    apply (is_derive_scal (fun v => x i (t + v) - candidate p i v)).
-    apply (is_derive_minus (fun v => x i (t + v)) (candidate p i)); [|apply is_derive_polynomial].
-    apply (is_derive_comp (x i) (fun v => t + v)); [apply Motion; [lra | easy]|].
+  assert (Z : is_derive (fun u => coordinate p x t (u - half) i) u (dz (u - half) i)).
+    unfold coordinate, dz.
+    apply (is_derive_sum count (fun j u => back i j * gap p x t (u - half) j)
+      (fun j u => back i j * speed (u - half) j)).
+    intros j Hj; apply (is_derive_scal (fun u => gap p x t (u - half) j)).
+    unfold gap, speed.
+    apply (is_derive_minus (fun u => x j (t + (u - half))) (fun u => candidate p j (u - half))).
+      replace (field j (state x (t + (u - half)))) with (1 * field j (state x (t + (u - half)))) by ring.
+      apply (is_derive_comp (x j) (fun u => t + (u - half))); [apply Motion; [lra | easy]|].
+      auto_derive; [easy | ring].
+    replace (slope_of (nth j (coefficients p) nil) (u - half))
+      with (1 * slope_of (nth j (coefficients p) nil) (u - half)) by ring.
+    apply (is_derive_comp (candidate p j) (fun u => u - half)); [apply is_derive_polynomial|].
     auto_derive; [easy | ring].
-  replace (2 * z v i * rate v i)
-    with (rate v i * scaled_error p x t v i + scaled_error p x t v i * rate v i) by (unfold z; ring).
-  apply (is_derive_mult (fun v => scaled_error p x t v i) (fun v => scaled_error p x t v i) v _ _ Z Z).
-  intros; apply Rmult_comm.
+  replace (2 * z (u - half) i * dz (u - half) i)
+    with (dz (u - half) i * coordinate p x t (u - half) i + coordinate p x t (u - half) i * dz (u - half) i)
+    by (unfold z; ring).
+  apply (is_derive_mult (fun u => coordinate p x t (u - half) i)
+    (fun u => coordinate p x t (u - half) i) u _ _ Z Z); intros; apply Rmult_comm.
 - (* its bound in the tube *)
-  intros v Hv Below.
-  assert (Hv' : 0 <= v <= step) by lra.
-  set (e := fun j => weight j * z v j).
-  assert (He : forall j, (j < count)%nat -> Rabs (e j) <= weight j / 2 ^ 24).
-    intros j Hj; unfold e; rewrite Rabs_mult, Rabs_right by (pose proof (weight_positive j); lra).
-    apply Rmult_le_compat_l; [pose proof (weight_positive j); lra|].
-    assert (S : z v j * z v j <= over tube 160) by (apply square_le; [easy | lra]).
-    replace (over tube 160) with (/ 2 ^ 24 * / 2 ^ 24) in S.
-      assert (P : 0 < / 2 ^ 24) by (apply Rinv_0_lt_compat, pow_lt; lra).
-      apply Rabs_le; split; nra.
-    unfold over, tube; rewrite <- Rinv_mult.
-    rewrite <- pow_add; rewrite (pow_IZR 2 (24 + 24)).
-    change (2 ^ 160)%Z with (2 ^ 112 * 2 ^ Z.of_nat (24 + 24))%Z; rewrite mult_IZR.
-    field; split; apply IZR_neq, Z.pow_nonzero; lia.
+  intros u Hu Below; set (v := u - half) in *.
+  assert (Hv : - half <= v <= half) by (unfold v; lra).
+  destruct (part_of v Hv) as [q [Hq Part]].
+  assert (Check : check_part (matrix_in (frame c)) (matrix_in (inverse c)) (scaled (rate p) 10)
+                    (slopes_found p) q = true).
+    rewrite forallb_forall in Parts; apply Parts, in_seq; lia.
   destruct (finite_choice count (fun i g =>
-    (forall j, g j \in slopes_of (nth i (slopes_found p) None) j) /\
-    field i (map (fun j => candidate p j v + e j) (seq 0 count)) - field i (candidate_state p v)
-    = sum count (fun j => g j * e j))) as [G HG].
-    intros i Hi; apply field_difference; [easy | easy|].
-    exact (all_states_spec _ i Has Hi).
-  assert (E : map (fun j => candidate p j v + e j) (seq 0 count) = state x (t + v)).
-    apply map_ext; intros j; unfold e, z, scaled_error.
-    field; pose proof (weight_positive j); lra.
-  set (B := fun i j => G i j * weight j / weight i).
-  set (delta := fun i => (slope_of (nth i (coefficients p) nil) v - field i (candidate_state p v)) / weight i).
-  replace (sum count (fun i => 2 * z v i * rate v i))
-    with (sum count (fun i => 2 * z v i * (sum count (fun j => B i j * z v j) - delta i))).
-    apply rate_bound; [|now apply Miss].
-    intros i Hi; left.
-    assert (R := all_states_spec _ i Rows Hi); cbv beta in R.
-    apply less_by with (3 := R).
-      apply sub_in; [apply scaled_in; lia | apply (integer_in 1)].
-    assert (Bin : forall j k, (j < count)%nat ->
-      B j k \in weighted (fun i => slopes_of (nth i (slopes_found p) None)) j k).
-      intros j k Hj; apply div_in; [pose proof (weight_positive j); lra | | apply weight_is_in].
-      apply mul_in; [now apply HG | apply weight_is_in].
-    apply sum_in; intros j Hj; apply mul_in;
-      [|apply div_in; [pose proof (balance_positive i); lra | apply integer_in | apply integer_in]].
-    unfold twice_part, twice_part_in.
-    destruct (Nat.eqb i j); [apply mul_in; [apply (integer_in 2) | now apply Bin]|].
-    now apply abs_in, add_in; apply Bin.
-  apply sum_ext; intros i Hi; f_equal.
-  destruct (HG i Hi) as [_ F]; rewrite E in F.
-  unfold rate, delta.
-  replace (field i (state x (t + v)) - slope_of (nth i (coefficients p) nil) v)
-    with (sum count (fun j => G i j * e j)
-          - (slope_of (nth i (coefficients p) nil) v - field i (candidate_state p v))) by lra.
-  replace (sum count (fun j => B i j * z v j)) with (/ weight i * sum count (fun j => G i j * e j)).
-    unfold Rdiv; ring.
-  rewrite <- sum_scal; apply sum_ext; intros j _; unfold B, e, Rdiv; ring.
-- (* what it comes to *)
-  intros v Hv.
-  assert (X : (over (entry p) 160 + defect' * step) * exp (growth' * step) < over (exit p) 160).
-    apply less_by with (3 := Exit); [apply scaled_in; lia|].
-    apply mul_in.
-      apply add_in; [apply scaled_in; lia | apply mul_in; [apply scaled_in; lia | apply step_is_in]].
-    apply exp_in, mul_in; [apply scaled_in; lia | apply step_is_in].
-  apply Rle_trans with (2 := Rlt_le _ _ X).
-  assert (N : 0 <= squares p x t 0) by (apply sum_nonneg; intros i _; apply Rle_0_sqr).
+    (forall j a, v \in a -> g j \in slope_at (nth i (slopes_found p) None) j a) /\
+    field i (map (fun j => candidate p j v + gap p x t v j) (seq 0 count)) - field i (candidate_state p v)
+    = sum count (fun j => g j * gap p x t v j))) as [G HG].
+    intros i Hi; apply field_difference; [easy | | exact (all_states_spec _ i Has Hi)].
+    intros j Hj; apply gap_small; [easy | lra].
+  assert (E : map (fun j => candidate p j v + gap p x t v j) (seq 0 count) = state x (t + v)).
+    apply map_ext; intros j; unfold gap; ring.
+  set (B := times back (times G out)).
+  set (miss := fun i => sum count (fun j => back i j * defect p v j)).
+  assert (Dz : forall i, dz v i = sum count (fun j => B i j * z v j) - miss i).
+    intros i; unfold dz, miss.
+    transitivity (sum count (fun j => back i j * sum count (fun l => times G out j l * z v l)
+                                      + -1 * (back i j * defect p v j))).
+      apply sum_ext; intros j Hj.
+      destruct (HG j Hj) as [_ F]; rewrite E in F.
+      replace (speed v j) with (sum count (fun l => G j l * gap p x t v l) - defect p v j)
+        by (unfold speed, defect; lra).
+      replace (sum count (fun l => G j l * gap p x t v l))
+        with (sum count (fun l => times G out j l * z v l)); [ring|].
+      transitivity (sum count (fun l => G j l * sum count (fun m => out l m * z v m))).
+        symmetry; exact (sum_product count count (G j) out (z v)).
+      apply sum_ext; intros l Hl; f_equal; symmetry; now apply gap_is.
+    rewrite sum_plus, sum_scal, (sum_product count count (back i) (times G out) (z v)).
+    unfold Rminus; apply f_equal2; [apply sum_ext; reflexivity | ring].
+  assert (Grow : 2 * sum count (fun i => z v i * sum count (fun j => B i j * z v j))
+                 <= k * sum count (fun i => z v i * z v i)).
+    apply (part_correct k (scaled (rate p) 10) (slopes_found p) q G v (z v));
+      [easy | apply scaled_in; lia | easy |].
+    intros i j Hi Hj; apply HG; [easy | exact Part].
+  apply Rle_trans with (sum count (fun i => 2 * (z v i * sum count (fun j => B i j * z v j))
+    + (r * (z v i * z v i) + / r * (miss i * miss i)))).
+    apply sum_le; intros i Hi; rewrite Dz.
+    assert (N : 0 <= / r * ((r * z v i + miss i) * (r * z v i + miss i))).
+      apply Rmult_le_pos; [left; now apply Rinv_0_lt_compat | apply Rle_0_sqr].
+    replace (/ r * ((r * z v i + miss i) * (r * z v i + miss i)))
+      with (r * (z v i * z v i) + / r * (miss i * miss i) + 2 * (z v i * miss i)) in N by (field; lra).
+    lra.
+  rewrite !sum_plus, !sum_scal.
+  apply Rle_trans with (k * squares p x t v + (r * squares p x t v + / r * d)).
+    apply Rplus_le_compat; [exact Grow|]; apply Rplus_le_compat_l.
+    apply Rmult_le_compat_l; [left; now apply Rinv_0_lt_compat | exact (Miss v Hv)].
+  apply Req_le; unfold Rdiv; ring.
+- (* the bound at the end *)
+  intros u Hu; unfold real_bound; fold r.
+  replace (0 - half) with (- half) by ring.
+  pose proof (squares_nonneg p x t (- half)).
+  assert (Q0 : 0 <= d / r) by (apply Rmult_le_pos; [lra | left; now apply Rinv_0_lt_compat]).
   apply Rmult_le_compat.
   + apply Rplus_le_le_0_compat; [easy | apply Rmult_le_pos; lra].
   + left; apply exp_pos.
   + apply Rplus_le_compat; [easy | apply Rmult_le_compat_l; lra].
-  + assert (L : growth' * v <= growth' * step) by (apply Rmult_le_compat_l; lra).
-    destruct L as [L| ->]; [left; now apply exp_increasing | lra].
+  + assert (L : (k + r) * u <= (k + r) * (2 * half)) by (apply Rmult_le_compat_l; lra).
+    destruct L as [L|E]; [left; now apply exp_increasing | rewrite E; lra].
 Qed.
 
-Lemma claimed p x t s i :
-  check_piece p = true -> (i < count)%nat -> squares p x t s <= over (exit p) 160 ->
-  Rabs (x i (t + s) - candidate p i s) <= error.
+(* Rounding up *)
+Lemma above_in a x : x \in a -> exists y, y \in above a.
 Proof.
-unfold check_piece; rewrite !andb_true_iff; intros [_ Claim] Hi S.
-assert (C := all_states_spec _ i Claim Hi); cbv beta in C.
-assert (L : weight i * weight i * over (exit p) 160 < error * error).
-  apply less_by with (3 := C).
-    apply square_is_in, div_in; [lra | apply (integer_in 1) | apply (integer_in 100000000)].
-  apply mul_in; [apply square_is_in, weight_is_in | apply scaled_in; lia].
-assert (Q := square_le p x t s i _ Hi S).
-pose proof (weight_positive i) as W.
-set (d := x i (t + s) - candidate p i s) in *.
-assert (E : scaled_error p x t s i = d / weight i) by easy.
-assert (D : d * d <= error * error).
-  replace (d * d) with (weight i * weight i * (scaled_error p x t s i * scaled_error p x t s i)).
-    apply Rle_trans with (2 := Rlt_le _ _ L), Rmult_le_compat_l with (2 := Q).
-    apply Rmult_le_pos; lra.
-  rewrite E; field; lra.
-assert (0 < error) by (unfold error; lra).
-apply Rabs_le; split; nra.
+intros X; set (b := I.add prec (I.mul prec (scaled 2049 10) a) (scaled 1 150)).
+assert (N : not_empty (I.convert b)).
+  exists (over 2049 10 * x + over 1 150).
+  apply add_in; [apply mul_in; [apply scaled_in; lia | easy] | apply scaled_in; lia].
+eexists; exact (A.J.contains_midpoint b N).
 Qed.
 
-Lemma jump_correct p q x t :
-  check_jump p q = true -> squares p x t step <= over (exit p) 160 ->
-  squares q x (t + step) 0 <= over (entry q) 160.
+(* The jump between two pieces, and the distance of the first one from the initial state *)
+Definition jump (p q : piece) (i : nat) : R := candidate p i half - candidate q i (- half).
+
+Lemma jump_is_in p q i :
+  length (nth i (coefficients p) nil) = terms -> length (nth i (coefficients q) nil) = terms ->
+  jump p q i \in jump_in p q i.
 Proof.
-intros J S.
-set (jump := fun i => (candidate p i step - candidate q i 0) / weight i).
-assert (L : over 1025 10 * over (exit p) 160 + 1025 * sum count (fun i => jump i * jump i)
-            < over (entry q) 160).
-  apply less_by with (3 := J); [apply scaled_in; lia|].
-  apply add_in; [apply mul_in; apply scaled_in; lia | apply mul_in; [apply (integer_in 1025)|]].
-  apply sum_in; intros i Hi; apply square_is_in, div_in;
-    [pose proof (weight_positive i); lra | | apply weight_is_in].
-  apply sub_in; apply value_is_in; [apply step_is_in | apply zero_in].
-apply Rle_trans with (2 := Rlt_le _ _ L).
-apply Rle_trans with (over 1025 10 * squares p x t step + 1025 * sum count (fun i => jump i * jump i)).
-  unfold squares; rewrite <- !sum_scal, <- sum_plus; apply sum_le; intros i _.
-  replace (scaled_error q x (t + step) 0 i) with (scaled_error p x t step i + jump i).
-    set (a := scaled_error p x t step i); set (b := jump i).
-    replace (over 1025 10) with (1 + 1 / 1024) by (unfold over; simpl; lra).
-    pose proof (Rle_0_sqr (a / 32 - 32 * b)) as N; unfold Rsqr in N; lra.
-  unfold scaled_error, jump; rewrite Rplus_0_r; field; pose proof (weight_positive i); lra.
-apply Rplus_le_compat_r, Rmult_le_compat_l; [apply over_nonneg; lia | easy].
+intros P Q; unfold jump, candidate.
+replace half with (IZR 1 * half) at 1 by ring.
+replace (- half) with (IZR (-1) * half) by ring.
+rewrite !end_value by easy.
+replace (IZR (end_of 1 (nth i (coefficients p) nil)) / IZR unity
+         - IZR (end_of (-1) (nth i (coefficients q) nil)) / IZR unity)
+  with (IZR (end_of 1 (nth i (coefficients p) nil) - end_of (-1) (nth i (coefficients q) nil)) / IZR unity)
+  by (rewrite minus_IZR; unfold Rdiv; ring).
+apply div_in; [now apply IZR_neq | apply integer_in | apply integer_in].
 Qed.
 
-Lemma start_correct p x :
-  check_start p = true -> begins x -> squares p x 0 0 <= over (entry p) 160.
+Lemma distance_is_in p x i :
+  (i < count)%nat -> begins x -> Z.ltb 0 (snd (nth i start (0, 1)%Z)) = true ->
+  length (nth i (coefficients p) nil) = terms -> gap p x half (- half) i \in distance_in p i.
 Proof.
-unfold check_start; rewrite andb_true_iff; intros [Below Start] Begins.
-left; apply less_by with (3 := Start); [apply scaled_in; lia|].
-apply sum_in; intros i Hi; apply square_is_in, div_in;
-  [pose proof (weight_positive i); lra | | apply weight_is_in].
-rewrite Rplus_0_r, Begins by easy; apply sub_in; [|apply value_is_in, zero_in].
-assert (P := all_states_spec _ i Below Hi); cbv beta in P; apply Z.ltb_lt in P.
-destruct (nth i start (0, 1)%Z) as [a b]; cbn [snd] in P.
-apply div_in; [apply IZR_neq; lia | apply integer_in | apply integer_in].
+intros Hi B Below L; unfold gap, candidate, distance_in.
+replace (half + - half) with 0 by ring; rewrite B by easy.
+replace (- half) with (IZR (-1) * half) by ring; rewrite end_value by easy.
+destruct (nth i start (0, 1)%Z) as [a b]; cbn [snd] in Below; apply Z.ltb_lt in Below.
+assert (U : IZR unity <> 0) by now apply IZR_neq.
+assert (V : IZR b <> 0) by (apply IZR_neq; lia).
+set (e := end_of _ _).
+replace (IZR a / IZR b - IZR e / IZR unity) with (IZR (a * unity - b * e) / IZR (b * unity))
+  by (rewrite minus_IZR, !mult_IZR; field; easy).
+apply div_in; [|apply integer_in | apply integer_in].
+rewrite mult_IZR; now apply Rmult_integral_contrapositive.
 Qed.
 
-Lemma chain_correct pieces : forall x until t,
-  check_chain pieces = true -> motion x until -> 0 <= t ->
-  match pieces with nil => True | p :: _ => t <= until -> squares p x t 0 <= over (entry p) 160 end ->
-  forall k p, nth_error pieces k = Some p ->
-  forall s, 0 <= s <= step -> t + INR k * step + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (t + INR k * step + s) - candidate p i s) <= error.
+Definition turned (v : nat -> R) (i : nat) : R := sum count (fun j => back i j * v j).
+Definition turned_squares (v : nat -> R) : R := sum count (fun i => turned v i * turned v i).
+
+Lemma turned_nonneg v : 0 <= turned_squares v.
+Proof. apply sum_nonneg; intros i _; apply Rle_0_sqr. Qed.
+
+Lemma turned_in v w :
+  (forall i, (i < count)%nat -> v i \in w i) ->
+  turned_squares v \in squares_in (matrix_in (inverse c)) w.
+Proof. intros V; apply squares_are_in; [intros i j; apply matrix_is_in | easy]. Qed.
+
+Definition real_share (w j : R) : R := sqrt ((j + over 1 200) / (w + (j + over 1 200))).
+Definition real_after (w j : R) : R := (1 + real_share w j) * w + (1 + / real_share w j) * j.
+
+Lemma tiny_positive : 0 < over 1 200.
+Proof. apply Rmult_lt_0_compat; [lra | now apply Rinv_0_lt_compat, IZR_lt]. Qed.
+
+Lemma share_positive w j : 0 <= w -> 0 <= j -> 0 < real_share w j.
 Proof.
-induction pieces as [|p rest IH]; intros x until t C M Ht Entry k q Q s Hs U i Hi; [now destruct k|].
-cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [[P J] C].
-destruct k as [|k].
-  injection Q as <-; simpl in U |- *; rewrite Rmult_0_l, Rplus_0_r in *.
-  apply claimed; [easy | easy|].
-  apply piece_correct with until; try easy; apply Entry; lra.
-rewrite S_INR in U |- *.
-replace (t + (INR k + 1) * step) with (t + step + INR k * step) in * by ring.
-pose proof (pos_INR k).
-assert (0 <= INR k * step) by (apply Rmult_le_pos; [easy | unfold step; lra]).
-apply (IH x until (t + step)) with (k := k); try easy; [unfold step; lra|].
-destruct rest as [|r rest]; [easy|].
-intros U'; apply jump_correct with p; [easy|].
-apply piece_correct with until; try easy; [unfold step; lra|].
-apply Entry; unfold step in *; lra.
+intros W J; pose proof tiny_positive.
+apply sqrt_lt_R0, Rmult_lt_0_compat; [lra | apply Rinv_0_lt_compat; lra].
 Qed.
 
-Theorem enclosed pieces x until :
-  check pieces = true -> motion x until -> begins x -> near_candidate x until pieces.
+Lemma after_in w j W J :
+  0 <= w -> 0 <= j -> w \in W -> j \in J -> real_after w j \in after_jump W J.
 Proof.
-unfold check; rewrite andb_true_iff; intros [S C] M B k p P s Hs U i Hi.
-replace (INR k * step) with (0 + INR k * step) in * by ring.
-apply (chain_correct pieces x until 0); try easy; [lra|].
-destruct pieces as [|q rest]; [easy | intros _; now apply start_correct].
+intros Hw Hj HW HJ; pose proof tiny_positive as T.
+assert (S := share_positive w j Hw Hj).
+assert (E : j + over 1 200 \in I.add prec J (scaled 1 200)) by (apply add_in; [easy | apply scaled_in; lia]).
+assert (HS : real_share w j \in share W J).
+  apply sqrt_in, div_in; [lra | easy | now apply add_in].
+apply add_in; apply mul_in; try easy; apply add_in; try apply (integer_in 1); [easy|].
+apply A.J.inv_correct, HS.
 Qed.
 
-End Enclosure.
+Lemma jump_correct p q x t w :
+  0 <= w -> squares p x t half <= w ->
+  squares q x (t + 2 * half) (- half) <= real_after w (turned_squares (jump p q)).
+Proof.
+intros W S; set (j := turned_squares (jump p q)); set (r := real_share w j).
+assert (J : 0 <= j) by apply turned_nonneg.
+assert (P : 0 < r) by now apply share_positive.
+apply Rle_trans with ((1 + r) * squares p x t half + (1 + / r) * j).
+  2: { unfold real_after; fold r; apply Rplus_le_compat_r, Rmult_le_compat_l; lra. }
+unfold squares, j, turned_squares; rewrite <- !sum_scal, <- sum_plus; apply sum_le; intros i _.
+replace (coordinate q x (t + 2 * half) (- half) i) with (coordinate p x t half i + turned (jump p q) i).
+  set (a := coordinate p x t half i); set (b := turned (jump p q) i).
+  assert (N : 0 <= / r * ((r * a - b) * (r * a - b))).
+    apply Rmult_le_pos; [left; now apply Rinv_0_lt_compat | apply Rle_0_sqr].
+  replace (/ r * ((r * a - b) * (r * a - b))) with (r * (a * a) + / r * (b * b) - 2 * (a * b)) in N
+    by (field; lra).
+  lra.
+unfold coordinate, turned; rewrite <- sum_plus; apply sum_ext; intros k _.
+unfold gap, jump; replace (t + 2 * half + - half) with (t + half) by ring; ring.
+Qed.
+
+Lemma terms_of p i : has_terms p = true -> (i < count)%nat -> length (nth i (coefficients p) nil) = terms.
+Proof. intros L Hi; now apply Nat.eqb_eq, (all_states_spec _ i L). Qed.
+
+Lemma piece_terms p i :
+  check_piece (matrix_in (frame c)) (matrix_in (inverse c)) p = true -> (i < count)%nat ->
+  length (nth i (coefficients p) nil) = terms.
+Proof.
+unfold check_piece; rewrite !andb_true_iff; intros [[[_ L] _] _] Hi; now apply terms_of.
+Qed.
+
+(* The first piece of a list that passes the check has as many terms as it should have. *)
+Lemma first_checked out' back' limit next W p rest :
+  check_chain out' back' limit next W (p :: rest) = true -> check_piece out' back' p = true.
+Proof. cbn [check_chain]; rewrite !andb_true_iff; tauto. Qed.
+
+Lemma half_positive : 0 < half.
+Proof. unfold half; lra. Qed.
+
+(* The bound of the first piece of a list that passes the check *)
+Lemma first_correct p rest next W w x until t :
+  check_chain (matrix_in (frame c)) (matrix_in (inverse c)) (rational (tube c)) next W (p :: rest) = true ->
+  motion x until -> half <= t -> 0 <= w -> w \in W ->
+  (t - half <= until -> squares p x t (- half) <= w) ->
+  exists b, 0 <= b /\ b < wall /\
+    b \in bound (scaled (rate p) 10) W (above (missing_squares (matrix_in (inverse c)) p)) /\
+    forall v, - half <= v <= half -> t + v <= until -> squares p x t v <= b.
+Proof.
+intros C M Ht W0 HW Entry; pose proof half_positive as H0.
+assert (Piece := first_checked _ _ _ _ _ _ _ C).
+cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [[[[_ Above] Positive] Low] _].
+assert (Miss : forall v, - half <= v <= half ->
+  turned_squares (defect p v) \in missing_squares (matrix_in (inverse c)) p).
+  intros v Hv; apply turned_in; intros j Hj; now apply missing_is_in.
+destruct (above_in _ _ (Miss 0 ltac:(lra))) as [d D].
+assert (D0 := positive _ _ Positive D).
+assert (K : over (rate p) 10 \in scaled (rate p) 10) by (apply scaled_in; lia).
+assert (B := bound_in _ w d _ _ _ W0 D0 K HW D).
+assert (L : real_bound (over (rate p) 10) w d < wall) by exact (less_by _ _ _ _ (rational_in (tube c)) B Low).
+exists (real_bound (over (rate p) 10) w d).
+split; [|split; [exact L | split; [exact B|]]].
+  pose proof (Rinv_0_lt_compat _ (ratio_positive w d W0 D0)) as H.
+  unfold real_bound; apply Rmult_le_pos; [|left; apply exp_pos].
+  apply Rplus_le_le_0_compat; [exact W0|]; apply Rmult_le_pos; [|lra].
+  apply Rmult_le_pos; [left; exact D0 | left; exact H].
+intros v Hv V.
+assert (Missed : forall r, - half <= r <= half -> turned_squares (defect p r) <= d).
+  intros r Hr; left; exact (less_by _ _ _ _ D (Miss r Hr) Above).
+assert (Begin : squares p x t (- half) <= w) by (apply Entry; lra).
+exact (piece_correct p x until t v w d Piece M Ht Hv V D0 Missed W0 Begin L).
+Qed.
+
+Lemma after_nonneg w j : 0 <= w -> 0 <= j -> 0 <= real_after w j.
+Proof.
+intros W J; pose proof (share_positive w j W J) as S; pose proof (Rinv_0_lt_compat _ S).
+apply Rplus_le_le_0_compat; apply Rmult_le_pos; lra.
+Qed.
+
+Lemma chain_correct pieces : forall x until t w W next,
+  check_chain (matrix_in (frame c)) (matrix_in (inverse c)) (rational (tube c)) next W pieces = true ->
+  motion x until -> half <= t ->
+  0 <= w -> w \in W ->
+  match pieces with nil => True | p :: _ => t - half <= until -> squares p x t (- half) <= w end ->
+  (forall k p, nth_error pieces k = Some p ->
+   forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
+   forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error) /\
+  (forall q e, next = Some (q, e) -> pieces <> nil ->
+   t + 2 * INR (length pieces) * half - half <= until ->
+   squares q x (t + 2 * INR (length pieces) * half) (- half) <= Q2R e).
+Proof.
+pose proof half_positive as H0.
+induction pieces as [|p rest IH]; intros x until t w W next C M Ht W0 HW Entry.
+  split; [intros k q Q; destruct k; discriminate Q | intros q e _ N; now elim N].
+assert (Piece := first_checked _ _ _ _ _ _ _ C).
+destruct (first_correct p rest next W w x until t C M Ht W0 HW Entry) as [b [B0 [L [B Inside]]]].
+cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [_ C].
+assert (First : forall s, - half <= s <= half -> t + s <= until ->
+  forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= error).
+  intros s Hs U i Hi; apply (gap_small p x t s i Hi); specialize (Inside s Hs U); lra.
+destruct rest as [|r rest].
+- split.
+    intros k q Q s Hs U i Hi; destruct k as [|k]; [|destruct k; discriminate Q].
+    injection Q as <-; replace (t + 2 * INR 0 * half + s) with (t + s) in * by (simpl; ring).
+    now apply First.
+  intros q e N _ U; rewrite N in C; apply andb_true_iff in C; destruct C as [T P].
+  simpl length in *; replace (t + 2 * INR 1 * half) with (t + 2 * half) in * by (simpl; ring).
+  apply Rle_trans with (real_after b (turned_squares (jump p q))).
+    apply jump_correct; [exact B0 | apply Inside; lra].
+  left; refine (less_by _ _ _ _ (rational_in e) _ P).
+  apply after_in; [exact B0 | apply turned_nonneg | exact B |].
+  apply turned_in; intros j Hj; apply jump_is_in; [exact (piece_terms p j Piece Hj)|].
+  exact (terms_of q j T Hj).
+- destruct (IH x until (t + 2 * half) (real_after b (turned_squares (jump p r)))
+    (after_jump (bound (scaled (rate p) 10) W (above (missing_squares (matrix_in (inverse c)) p)))
+       (squares_in (matrix_in (inverse c)) (jump_in p r))) next) as [Near End];
+    [exact C | exact M | lra | apply after_nonneg; [exact B0 | apply turned_nonneg] | | |].
+  + apply after_in; [exact B0 | apply turned_nonneg | exact B |].
+    apply turned_in; intros j Hj; apply jump_is_in; [exact (piece_terms p j Piece Hj)|].
+    exact (piece_terms r j (first_checked _ _ _ _ _ _ _ C) Hj).
+  + intros V; apply jump_correct; [exact B0 | apply Inside; lra].
+  + split.
+      intros k q Q s Hs U i Hi; destruct k as [|k].
+        injection Q as <-; replace (t + 2 * INR 0 * half + s) with (t + s) in * by (simpl; ring).
+        now apply First.
+      rewrite S_INR in U |- *.
+      replace (t + 2 * (INR k + 1) * half + s) with (t + 2 * half + 2 * INR k * half + s) in * by ring.
+      exact (Near k q Q s Hs U i Hi).
+    intros q e N _; change (length (p :: r :: rest)) with (S (length (r :: rest))); rewrite S_INR.
+    replace (t + 2 * (INR (length (r :: rest)) + 1) * half)
+      with (t + 2 * half + 2 * INR (length (r :: rest)) * half) by ring.
+    apply End; [exact N | discriminate].
+Qed.
+
+(* All blocks pass, each with the next one. *)
+Fixpoint all_checked (blocks : list block) : Prop :=
+  match blocks with
+  | nil => True
+  | b :: rest => check_block c b (match rest with nil => None | n :: _ => Some n end) = true
+      /\ members b <> nil /\ 0 <= Q2R (entry_of b) /\ all_checked rest
+  end.
+
+Lemma blocks_correct blocks : forall x until t,
+  all_checked blocks -> motion x until -> half <= t ->
+  match blocks with
+  | nil => True
+  | b :: _ => forall p, nth_error (members b) 0 = Some p ->
+      t - half <= until -> squares p x t (- half) <= Q2R (entry_of b)
+  end ->
+  forall k p, nth_error (concat (map members blocks)) k = Some p ->
+  forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
+  forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error.
+Proof.
+pose proof half_positive as H0.
+induction blocks as [|b rest IH]; intros x until t A M Ht Entry k p P s Hs U i Hi;
+  [destruct k; discriminate P|].
+destruct A as [C [Some_ [E0 A]]]; unfold check_block in C.
+destruct (chain_correct (members b) x until t (Q2R (entry_of b)) (rational (entry_of b)) _ C M Ht E0
+  (rational_in (entry_of b))) as [Near End].
+  destruct (members b) as [|q l]; [exact Logic.I | exact (Entry q eq_refl)].
+simpl concat in P; destruct (le_lt_dec (length (members b)) k) as [L|L].
+  rewrite nth_error_app2 in P by easy.
+  replace (t + 2 * INR k * half + s)
+    with (t + 2 * INR (length (members b)) * half + 2 * INR (k - length (members b)) * half + s) in *
+    by (rewrite minus_INR by easy; ring).
+  pose proof (pos_INR (length (members b))) as N.
+  apply (IH x until (t + 2 * INR (length (members b)) * half) A M); try assumption.
+    assert (0 <= INR (length (members b)) * half) by (apply Rmult_le_pos; lra); lra.
+  destruct rest as [|n rest]; [exact Logic.I|]; intros q Q.
+  unfold first_of in End; destruct (members n) as [|q' l] eqn:F; [discriminate Q|].
+  injection Q as ->; intros V; now apply End.
+rewrite nth_error_app1 in P by easy; now apply (Near k p P).
+Qed.
+
+End Frame.
+
+(* The blocks of a certificate, of which the first begins near the initial state. *)
+Theorem enclosed c b rest x until :
+  check_start c b = true -> all_checked c (b :: rest) -> motion x until -> begins x ->
+  near_candidate x until (concat (map members (b :: rest))).
+Proof.
+intros St A M B k p P s Hs U i Hi.
+unfold check_start in St; destruct (members b) as [|q l] eqn:E; [discriminate St|].
+rewrite !andb_true_iff in St; destruct St as [[[F T] Below] Low].
+replace (middle k) with (half + 2 * INR k * half) in * by (unfold middle; ring).
+apply (blocks_correct c F (b :: rest) x until half A M (Rle_refl half)) with (k := k);
+  [|exact P | exact Hs | exact U | exact Hi].
+intros q' Q _; rewrite E in Q; injection Q as <-.
+left; refine (less_by _ _ _ _ (rational_in (entry_of b)) _ Low).
+apply turned_in; intros j Hj; apply distance_is_in; [exact Hj | exact B | |].
+  exact (all_states_spec _ j Below Hj).
+exact (terms_of q j T Hj).
+Qed.
+End Bicycle.
+
+Lemma entry_nonneg b : Qle_bool 0 (entry_of b) = true -> 0 <= Q2R (entry_of b).
+Proof. intros H; apply Qle_bool_iff, Qle_Rle in H; now rewrite RMicromega.Q2R_0 in H. Qed.
+
+(* At each time that the pieces cover, the motion is near one of them. *)
+Lemma covered x until pieces :
+  near_candidate x until pieces -> forall t, 0 <= t <= until ->
+  t <= 2 * INR (length pieces) * half -> (0 < length pieces)%nat ->
+  exists p s, In p pieces /\ - half <= s <= half /\
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+Proof.
+intros Near t Ht L N; assert (H0 : 0 < half) by (unfold half; lra).
+assert (K : exists k, (k < length pieces)%nat /\ 2 * INR k * half <= t <= 2 * INR k * half + 2 * half).
+  clear Near; induction (length pieces) as [|n IH]; [lia|].
+  rewrite S_INR in L; destruct (Rle_dec t (2 * INR n * half)) as [T|T].
+    destruct n as [|n]; [exists O; simpl in *; split; [lia | lra]|].
+    destruct (IH T ltac:(lia)) as [k [Hk E]]; exists k; split; [lia | exact E].
+  exists n; split; [lia | lra].
+destruct K as [k [Hk E]].
+destruct (nth_error pieces k) as [p|] eqn:P; [|now apply nth_error_None in P; apply Nat.lt_nge in Hk].
+exists p, (t - middle k); split; [now apply nth_error_In with k|].
+assert (S : - half <= t - middle k <= half) by (unfold middle; lra).
+split; [exact S|]; intros i Hi.
+replace t with (middle k + (t - middle k)) at 1 by ring.
+apply (Near k p P); [exact S | lra | exact Hi].
+Qed.

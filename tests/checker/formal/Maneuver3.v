@@ -1,40 +1,41 @@
-(* Theorem 1 for the first second of maneuver 3. *)
-From Coq Require Import Reals ZArith List Lra Lia.
-Require Import Enclosure Equations Certificate.
+(* Theorem 1 for maneuver 3, ten seconds. *)
+From Coq Require Import Reals QArith Qreals ZArith List Lra Lia.
+Require Import Enclosure Equations Certificate3.
+Require Checked3_0 Checked3_1 Checked3_2 Checked3_3 Checked3_4.
+Import ListNotations.
 Open Scope R_scope.
 
-(* The hypotheses, by computation in intervals. *)
-Lemma checked : check equations integers start pieces = true.
+Definition pieces : list piece :=
+  concat (map members [block_0; block_1; block_2; block_3; block_4]).
+
+Lemma begun : check_start start certified block_0 = true.
 Proof. vm_cast_no_check (eq_refl true). Qed.
+
+Lemma all_blocks : all_checked equations integers certified
+  [block_0; block_1; block_2; block_3; block_4].
+Proof.
+refine (conj Checked3_0.checked (conj _ (conj _ (conj Checked3_1.checked (conj _ (conj _
+  (conj Checked3_2.checked (conj _ (conj _ (conj Checked3_3.checked (conj _ (conj _
+  (conj Checked3_4.checked (conj _ (conj _ Logic.I)))))))))))))));
+  try discriminate; apply entry_nonneg; vm_cast_no_check (eq_refl true).
+Qed.
 
 (* A motion of the bicycle that begins as maneuver 3 does is, as long as it exists, within 1e-8 of
    the candidate in each of its seven state variables. *)
 Theorem maneuver_3 (x : nat -> R -> R) (until : R) :
   motion equations integers x until -> begins start x -> near_candidate x until pieces.
-Proof. exact (enclosed equations integers start pieces x until checked). Qed.
+Proof. exact (enclosed _ _ _ _ _ _ x until begun all_blocks). Qed.
 
-(* The pieces cover a second: at each time one of them is as near. *)
-Corollary first_second (x : nat -> R -> R) :
-  motion equations integers x 1 -> begins start x ->
-  forall t, 0 <= t <= 1 -> exists p s, In p pieces /\ 0 <= s <= step /\
+(* The pieces cover ten seconds: at each time one of them is as near. *)
+Corollary ten_seconds (x : nat -> R -> R) :
+  motion equations integers x 10 -> begins start x ->
+  forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
   forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
 Proof.
-intros M B t Ht.
-assert (K : exists k, (k < length pieces)%nat /\ INR k * step <= t <= INR k * step + step).
-  assert (C : forall n, t <= INR n * step -> (0 < n)%nat ->
-    exists k, (k < n)%nat /\ INR k * step <= t <= INR k * step + step).
-    induction n as [|n IH]; intros U P; [lia|].
-    rewrite S_INR in U.
-    destruct (Rle_dec t (INR n * step)) as [L|L].
-      destruct n as [|n]; [exists O; simpl in *; split; [lia | unfold step in *; lra]|].
-      destruct (IH L ltac:(lia)) as [k [Hk E]]; exists k; split; [lia | exact E].
-    exists n; split; [lia | lra].
-  apply C; [unfold step; simpl; lra | simpl; lia].
-destruct K as [k [Hk E]].
-destruct (nth_error pieces k) as [p|] eqn:P; [|now apply nth_error_None in P; apply Nat.lt_nge in Hk].
-exists p, (t - INR k * step); split; [now apply nth_error_In with k|]; split; [lra|].
-intros i Hi; replace t with (INR k * step + (t - INR k * step)) at 1 by ring.
-apply (maneuver_3 x 1 M B k p P); [lra | lra | exact Hi].
+intros M B t Ht; apply (covered x 10 pieces (maneuver_3 x 10 M B) t); [exact Ht | |].
+all: replace (length pieces) with 160%nat by (vm_compute; reflexivity).
+  unfold half; simpl; lra.
+lia.
 Qed.
 
-Print Assumptions first_second.
+Print Assumptions ten_seconds.

@@ -1,4 +1,4 @@
-(* Finite sums, and a quadratic form bounded by its symmetric part's rows. *)
+(* Finite sums, and the inequality of Cauchy and Schwarz. *)
 From Coq Require Import Reals Lra Lia Arith.
 From Coquelicot Require Import Coquelicot.
 Open Scope R_scope.
@@ -56,61 +56,46 @@ induction n as [|n IH]; intros H; simpl.
 exact (is_derive_plus _ _ _ _ _ (IH (fun i Hi => H i ltac:(lia))) (H n ltac:(lia))).
 Qed.
 
-(* Entries of the symmetric part of B, twice, in absolute value off the diagonal. *)
-Definition twice_part (B : nat -> nat -> R) i j :=
-  if Nat.eqb i j then 2 * B i i else Rabs (B i j + B j i).
-
-(* Rows are balanced by positive numbers v. *)
-Lemma quadratic n (B : nat -> nat -> R) (v z : nat -> R) (k : R) :
-  (forall i, 0 < v i) ->
-  (forall i, (i < n)%nat -> sum n (fun j => twice_part B i j * (v j / v i)) <= k) ->
-  2 * sum n (fun i => z i * sum n (fun j => B i j * z j)) <= k * sum n (fun i => z i * z i).
+Lemma sum_unit n j (e : nat -> R) :
+  (j < n)%nat -> sum n (fun k => (if Nat.eqb k j then 1 else 0) * e k) = e j.
 Proof.
-intros V H.
-set (M := twice_part B).
-assert (Sym : forall i j, M i j = M j i).
-  intros i j; unfold M, twice_part; rewrite (Nat.eqb_sym j i).
-  destruct (Nat.eqb_spec i j) as [->|_]; [easy|]; now rewrite Rplus_comm.
-set (half := fun i j => M i j * (v j / v i) * (z i * z i) / 2).
-apply Rle_trans with (sum n (fun i => sum n (fun j => half i j + half j i))).
-- replace (2 * sum n (fun i => z i * sum n (fun j => B i j * z j)))
-    with (sum n (fun i => sum n (fun j => (B i j + B j i) * z i * z j))).
-    apply sum_le; intros i _; apply sum_le; intros j _.
-    unfold half; rewrite (Sym j i); unfold M, twice_part.
-    pose proof (V i) as Vi; pose proof (V j) as Vj.
-    destruct (Nat.eqb_spec i j) as [->|_]; [apply Req_le; field; lra|].
-    set (c := B i j + B j i).
-    assert (c * (z i * z j) <= Rabs c * Rabs (z i * z j)).
-      rewrite <- Rabs_mult; apply Rle_abs.
-    assert (Rabs (z i * z j) <= (v j / v i * (z i * z i) + v i / v j * (z j * z j)) / 2).
-      assert (P : 0 <= (v j * z i + v i * z j) * (v j * z i + v i * z j) / (v i * v j)).
-        apply Rmult_le_pos; [apply Rle_0_sqr | left; apply Rinv_0_lt_compat, Rmult_lt_0_compat; easy].
-      assert (Q : 0 <= (v j * z i - v i * z j) * (v j * z i - v i * z j) / (v i * v j)).
-        apply Rmult_le_pos; [apply Rle_0_sqr | left; apply Rinv_0_lt_compat, Rmult_lt_0_compat; easy].
-      replace ((v j * z i + v i * z j) * (v j * z i + v i * z j) / (v i * v j))
-        with (v j / v i * (z i * z i) + v i / v j * (z j * z j) + 2 * (z i * z j)) in P by (field; lra).
-      replace ((v j * z i - v i * z j) * (v j * z i - v i * z j) / (v i * v j))
-        with (v j / v i * (z i * z i) + v i / v j * (z j * z j) - 2 * (z i * z j)) in Q by (field; lra).
-      apply Rabs_le; split; lra.
-    pose proof (Rmult_le_compat_l (Rabs c) _ _ (Rabs_pos c) H1); lra.
-  transitivity (sum n (fun i => sum n (fun j => B i j * z i * z j))
-                + sum n (fun i => sum n (fun j => B j i * z i * z j))).
-    rewrite <- sum_plus; apply sum_ext; intros i _.
-    rewrite <- sum_plus; apply sum_ext; intros j _; ring.
-  rewrite (sum_swap n n (fun i j => B j i * z i * z j)).
-  replace (sum n (fun j => sum n (fun i => B j i * z i * z j)))
-    with (sum n (fun i => sum n (fun j => B i j * z i * z j))).
-    replace (sum n (fun i => z i * sum n (fun j => B i j * z j)))
-      with (sum n (fun i => sum n (fun j => B i j * z i * z j))); [ring|].
-    apply sum_ext; intros i _; rewrite <- sum_scal; apply sum_ext; intros j _; ring.
-  apply sum_ext; intros i _; apply sum_ext; intros j _; ring.
-- replace (sum n (fun i => sum n (fun j => half i j + half j i)))
-    with (sum n (fun i => z i * z i * sum n (fun j => M i j * (v j / v i)))).
-    rewrite <- sum_scal; apply sum_le; intros i Hi.
-    rewrite (Rmult_comm k); apply Rmult_le_compat_l; [apply Rle_0_sqr | exact (H i Hi)].
-  transitivity (sum n (fun i => sum n (fun j => half i j)) + sum n (fun i => sum n (fun j => half j i))).
-    rewrite (sum_swap n n (fun i j => half j i)), <- sum_plus.
-    apply sum_ext; intros i _; rewrite <- sum_plus, <- sum_scal.
-    apply sum_ext; intros j _; unfold half; field; pose proof (V i); lra.
-  rewrite <- sum_plus; apply sum_ext; intros i _; now rewrite <- sum_plus.
+induction n as [|n IH]; intros H; [lia|]; simpl.
+destruct (Nat.eqb_spec n j) as [->|N].
+  rewrite (sum_ext j _ (fun k => 0 * e k)), sum_scal; [ring|].
+  intros k K; destruct (Nat.eqb_spec k j); [lia | easy].
+rewrite IH by lia; ring.
+Qed.
+
+(* The order of three factors in a double sum. *)
+Lemma sum_product n m (a : nat -> R) (b : nat -> nat -> R) (c : nat -> R) :
+  sum n (fun i => a i * sum m (fun j => b i j * c j))
+  = sum m (fun j => sum n (fun i => a i * b i j) * c j).
+Proof.
+transitivity (sum n (fun i => sum m (fun j => a i * b i j * c j))).
+  apply sum_ext; intros i _; rewrite <- sum_scal; apply sum_ext; intros j _; ring.
+rewrite sum_swap; apply sum_ext; intros j _; rewrite Rmult_comm, <- sum_scal.
+apply sum_ext; intros i _; ring.
+Qed.
+
+Lemma cauchy_schwarz n (a z : nat -> R) :
+  Rsqr (sum n (fun i => a i * z i)) <= sum n (fun i => a i * a i) * sum n (fun i => z i * z i).
+Proof.
+induction n as [|n IH]; simpl; [rewrite Rsqr_0; lra|].
+set (s := sum n (fun i => a i * z i)) in *.
+set (A := sum n (fun i => a i * a i)) in *; set (Z := sum n (fun i => z i * z i)) in *.
+assert (A0 : 0 <= A) by (apply sum_nonneg; intros; apply Rle_0_sqr).
+assert (Z0 : 0 <= Z) by (apply sum_nonneg; intros; apply Rle_0_sqr).
+set (x := a n); set (y := z n).
+assert (P : 2 * (s * (x * y)) <= A * (y * y) + x * x * Z).
+  apply Rsqr_incr_0_var.
+  - apply Rle_trans with (4 * (A * Z) * (Rsqr (x * y))).
+      replace (Rsqr (2 * (s * (x * y)))) with (4 * Rsqr s * Rsqr (x * y)) by (unfold Rsqr; ring).
+      apply Rmult_le_compat_r; [apply Rle_0_sqr | lra].
+    replace (Rsqr (A * (y * y) + x * x * Z))
+      with (4 * (A * Z) * Rsqr (x * y) + Rsqr (A * (y * y) - x * x * Z)) by (unfold Rsqr; ring).
+    pose proof (Rle_0_sqr (A * (y * y) - x * x * Z)); lra.
+  - apply Rplus_le_le_0_compat; apply Rmult_le_pos; try easy; apply Rle_0_sqr.
+replace (Rsqr (s + x * y)) with (Rsqr s + 2 * (s * (x * y)) + x * x * (y * y)) by (unfold Rsqr; ring).
+replace ((A + x * x) * (Z + y * y)) with (A * Z + (A * (y * y) + x * x * Z) + x * x * (y * y)) by ring.
+lra.
 Qed.

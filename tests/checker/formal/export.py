@@ -1,11 +1,13 @@
-"""Write the equations and a certificate of maneuver 3, its first second, for Coq.
+"""Write the equations and certificates of ten seconds of a maneuver, for Coq.
 
-``python tests/checker/formal/export.py FOLDER`` writes ``Equations.v``, the equations of motion as
-a program for CoqInterval, and ``Certificate.v``, polynomials with short dyadic coefficients and
-the numbers of their proof. Nothing in it has to be believed: Coq checks the certificate, and the
-equations are what the theorem speaks of.
+``python tests/checker/formal/export.py FOLDER 3`` writes ``Equations.v``, the equations of motion
+as a program for CoqInterval; ``Certificate3.v``, polynomials with short dyadic coefficients from
+the published trajectory of maneuver 3, and the numbers of their proof; and ``Checked3_0.v`` to
+``Checked3_4.v``, which carry out the checks. Nothing in the certificate has to be believed: Coq
+checks it, and the equations are what the theorem is about.
 """
 
+import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -15,29 +17,30 @@ from pathlib import Path
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, benchmark
+from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Balls
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof.candidate import read_candidate
 
 BITS = 200
 GRID = 52  # Coefficients are integers over 2 to this power,
-SQUARES = 160  # squared errors over this one,
-RATES = 4  # growth rates over this one.
-PIECES, STEP = 32, Fraction(1, 32)  # [s]
-DEGREE, EXACT_DEGREE = 16, 26  # of the certificate, and of the motion that it is taken from
+RATES = 10  # growth rates over this one,
+TUBE = 80  # the tube over this one,
+ENTRIES = 120  # the sums of squares at the beginning of a block over this one,
+FRAME = 12  # the lower triangle of a frame over this one.
+PIECES, LENGTH = 160, Fraction(1, 16)  # [s]
+BLOCK = 32  # pieces that Coq checks in one file
+ROOM = 1.5  # for the defect, by which squares grow more in a block
+DEGREE = 14
 ERROR = Fraction(1, 10**8)  # what is claimed [rad, rad/s], as in Enclosure.v
-ETA = Fraction(1, 2**10)  # how a jump is shared between the squares, see Enclosure.v
-# Thresholds of errors, in 12ths, and numbers that balance rows: those of Enclosure.v. They keep the
-# growth rate small.
-THRESHOLDS = (12, 1, 4, 36, 72, 144, 192)
-BALANCE = (60, 20, 96, 100, 38, 20, 6)
-READING = Fraction(1, 10**29)  # squared: of numbers read into binary64 intervals
-# Of the defect over weights, in binary64 intervals, by variable: seen, with a margin.
-ROUNDING = (1e-14, 2e-12, 1e-14, 1e-13, 5e-13, 1e-14, 1e-14)
+SAMPLES = 16  # of the growth rate in a piece
+MARGIN = 0.04  # [1/s], of the growth rate of squares: Coq's intervals are wider
+FRAMES = Path(__file__).with_name("frames.json")
+DATASET = Path(__file__).parents[3] / "reference"
 
 
 class Node:
@@ -176,10 +179,19 @@ def _visit(x: Node, order: dict[Node, None]) -> None:
     order.setdefault(x)
 
 
+def regular(run: Trajectory, t: Fraction) -> list[flint.arb]:
+    """Return the state of a published trajectory in the variables of the regular equations."""
+    state = run.state(t)
+    if run.is_regular:
+        return state
+    _, speeds = run.equations(Balls(BITS)).unfold(state)
+    return [*state[:3], speeds.p, speeds.steer_rate, *state[5:]]
+
+
 def taylor(equations: Equations, start: Sequence[flint.arb]) -> list[list[flint.arb]]:
-    """Taylor coefficients of the motion from a state, by variable."""
-    x, equations = [[value] for value in start], equations.over(AtPoints(BITS))
-    for n in range(1, EXACT_DEGREE + 1):
+    """Taylor coefficients of the motion through a state, by variable."""
+    x, equations = [[value.mid()] for value in start], equations.over(AtPoints(BITS))
+    for n in range(1, DEGREE + 1):
         # flint keeps the length of all series in a global.
         flint.ctx.cap = n
         with equations.precision():
@@ -194,93 +206,133 @@ def rounded(x: flint.arb, grid: int) -> int:
     return int((x * flint.arb(2) ** grid + flint.arb(0.5)).mid().floor().unique_fmpz())
 
 
-def left_out(c: Sequence[flint.arb]) -> float:
-    """What the derivative of a polynomial misses over a step, about."""
-    h = float(STEP)
-    return sum(m * abs(float(a.mid())) * h ** (m - 1) for m, a in enumerate(c) if m > DEGREE)
+class Frame:
+    """Coordinates of the error: a unit lower triangle times scales, and the exact inverse."""
+
+    def __init__(self, lower: Sequence[Sequence[int]], scales: Sequence[float]) -> None:
+        n, self.matrix, self.inverse = len(scales), [], []
+        unit = [[Fraction(x, 2**FRAME) for x in row] + [Fraction(1)] for row in lower]
+        over = [Fraction(x) for x in scales]
+        for i in range(n):
+            zeros = [Fraction(0)] * (n - i - 1)
+            self.matrix.append([x * s for x, s in zip(unit[i], over, strict=False)] + zeros)
+        for i in range(n):
+            known = [
+                sum(x * row[j] for x, row in zip(self.matrix[i], self.inverse, strict=False))
+                for j in range(n)
+            ]
+            row = [(int(i == j) - known[j]) / self.matrix[i][i] for j in range(n)]
+            self.inverse.append(row)
+
+    @property
+    def tube(self) -> Fraction:
+        """The largest sum of squares with which every error is within the bound."""
+        worst = max(sum(x * x for x in row) for row in self.matrix)
+        return Fraction(math.floor(ERROR**2 / worst * 2**TUBE), 2**TUBE)
 
 
-def polynomial_at(c: Sequence[Fraction], s: Fraction) -> Fraction:
-    return sum((a * s**m for m, a in enumerate(c)), Fraction(0))
+def growth(equations: Equations, frame: Frame, motion: np.ndarray) -> list[int]:
+    """Claim growth rates of squares by piece; Coq checks them.
 
-
-def growth(equations: Equations, states: Iterable[Sequence[float]]) -> float:
-    """How fast squared errors grow at most, estimated: Coq checks what is claimed from it."""
+    `motion` has Taylor coefficients by piece, variable and power.
+    """
+    times = np.linspace(-1, 1, SAMPLES + 1) * float(LENGTH) / 2
+    states = motion @ np.vander(times, DEGREE + 1, increasing=True).T
     duals = Duals(Arrays())
-    over, found = equations.over(duals), []
-    w, v = np.array(THRESHOLDS, float), np.array(BALANCE, float)
-    for state in states:
-        rates = over.rates_with_yaw(duals.variables(list(state)))
-        slopes = np.array([rate.slopes for rate in rates], float)
-        b = slopes * w[None, :] / w[:, None]
-        m = np.abs(b + b.T)
-        np.fill_diagonal(m, 2 * np.diag(b))
-        found.append((m @ v / v).max())
-    return max(found)
+    flat = list(states.transpose(1, 0, 2).reshape(states.shape[1], -1))
+    rates = equations.over(duals).rates_with_yaw(duals.variables(flat))
+    slopes = [[np.broadcast_to(s, flat[0].shape) for s in rate.slopes] for rate in rates]
+    into, out = (np.array(m, float) for m in (frame.inverse, frame.matrix))
+    turned = into @ np.moveaxis(np.array(slopes, float), 2, 0) @ out
+    most = np.linalg.eigvalsh(turned + turned.transpose(0, 2, 1))[:, -1]
+    worst = most.reshape(len(motion), -1).max(axis=1) + MARGIN
+    return [max(0, math.ceil(k * 2**RATES)) for k in worst]
 
 
-def certificate_file(equations: Equations, maneuver: Maneuver) -> str:
-    """Polynomials, and for each piece the numbers that Coq is to check."""
+def initial_numbers(equations: Equations, maneuver: Maneuver) -> list[Fraction]:
+    """The state at time zero, exactly; its pitch is zero, as its steer angle is."""
+    if not (maneuver.roll.is_zero and maneuver.steer.is_zero):
+        raise ValueError("expected a maneuver that begins upright and straight")
+    rates = [maneuver.roll_rate.rational, maneuver.steer_rate.rational]
+    spin = maneuver.speed.rational / equations.bicycle["rR"].rational
+    return [Fraction(0), Fraction(0), Fraction(0), *rates, spin, Fraction(0)]
+
+
+def certificate_file(equations: Equations, run: Trajectory, number: int) -> str:
+    """Polynomials with their growth rates, and the frame of a maneuver."""
+    frame = Frame(**json.loads(FRAMES.read_text())[f"maneuver {number}"])
     with flint.ctx.workprec(BITS):
-        state, pieces, defects = initial_state(equations, maneuver), [], []
-        for _ in range(PIECES):
-            motion = taylor(equations, state)
-            pieces.append([[rounded(a, GRID) for a in c[: DEGREE + 1]] for c in motion])
-            defects.append([left_out(c) for c in motion])
-            h = flint.arb(STEP.numerator) / STEP.denominator
-            state = [sum((a * h**m for m, a in enumerate(c)), flint.arb(0)).mid() for c in motion]
-    start = [Fraction(0)] * 3 + [maneuver.roll_rate.rational, maneuver.steer_rate.rational]
-    start += [maneuver.speed.rational / equations.bicycle["rR"].rational, Fraction(0)]
-    weights = [Fraction(w, 12) for w in THRESHOLDS]
-    exact = [[[Fraction(n, 2**GRID) for n in c] for c in piece] for piece in pieces]
-    ends = [start] + [[polynomial_at(c, STEP) for c in piece] for piece in exact]
-    binary64 = Equations.binary64(equations.bicycle)
-    records, exit_ = [], Fraction(0)
-    for piece, before, after, missing in zip(exact, ends, ends[1:], defects, strict=False):
-        begin = [c[0] for c in piece]
-        jump = sum(((a - b) / w) ** 2 for a, b, w in zip(before, begin, weights, strict=True))
-        entry = ceiling((1 + ETA) * exit_ + (1 + 1 / ETA) * (jump + READING), SQUARES)
-        grown = growth(binary64, [[*map(float, begin)], [*map(float, after)]])
-        # 1 for the defect's share, and room for what the intervals are wider.
-        rate = ceiling(Fraction(grown) + 1 + Fraction(1, 2), RATES)
-        scaled = [2 * a / float(w) + r for a, w, r in zip(missing, weights, ROUNDING, strict=True)]
-        defect = ceiling(sum(Fraction(a) ** 2 for a in scaled), SQUARES)
-        left = Fraction(entry, 2**SQUARES) + Fraction(defect, 2**SQUARES) * STEP
-        exit_ = left * Fraction(math.exp(rate / 2**RATES * STEP)) * Fraction(1001, 1000)
-        numbers = (rate, defect, entry, ceiling(exit_, SQUARES))
-        exit_ = Fraction(numbers[-1], 2**SQUARES)
-        records.append((piece, numbers))
-    if max(weights) ** 2 * exit_ >= ERROR**2:
-        raise ValueError("these numbers do not give the error that is claimed")
+        middles = [LENGTH * k + LENGTH / 2 for k in range(PIECES)]
+        motion = [taylor(equations, regular(run, t)) for t in middles]
+        pieces = [[[rounded(a, GRID) for a in c] for c in piece] for piece in motion]
+    values = np.array([[[float(a) / 2**GRID for a in c] for c in piece] for piece in pieces])
+    rates = growth(Equations.binary64(equations.bicycle), frame, values)
+    start = initial_numbers(equations, run.maneuver)
+    entries = entries_of(frame, rates)
     texts = []
-    for piece, numbers in zip(pieces, records, strict=True):
-        rows = ";\n    ".join("[" + "; ".join(map(str, c)) + "]" for c in piece)
-        texts.append(f"  Piece [{rows}]\n   {' '.join(f'({n})' for n in numbers[1])}")
-    body = ";\n".join(texts)
+    for n, entry in enumerate(entries):
+        members = range(n * BLOCK, (n + 1) * BLOCK)
+        body = ";\n".join(_piece(pieces[k], rates[k]) for k in members)
+        texts.append(f"Definition block_{n} : block := Block {_fraction(entry)} [\n{body}].\n")
+    blocks = "\n".join(texts)
     fractions = "; ".join(f"({x.numerator}, {x.denominator})" for x in start)
-    return f"""(* Maneuver 3, its first second, written by export.py. Coq trusts none of it. *)
-From Coq Require Import List ZArith.
-Require Import Enclosure.
+    return f"""(* Maneuver {number}, ten seconds, written by export.py. Coq trusts none of it. *)
+From Coq Require Import List ZArith QArith.
+Require Import Checks.
 Import ListNotations.
 Open Scope Z_scope.
 
 Definition start : list (Z * Z) := [{fractions}].
 
-Definition pieces : list piece := [
-{body}].
+Definition certified : certificate := Certificate
+  {_matrix(frame.matrix)}
+  {_matrix(frame.inverse)}
+  {_fraction(frame.tube)}.
+
+{blocks}"""
+
+
+def checked_file(number: int, n: int) -> str:
+    """The computation that checks block `n`."""
+    following = f"(Some block_{n + 1})" if (n + 1) * BLOCK < PIECES else "None"
+    return f"""From Coq Require Import List ZArith.
+Require Import Checks Equations Certificate{number}.
+Lemma checked : check_block equations integers certified block_{n} {following} = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
 """
 
 
-def ceiling(x: Fraction, grid: int, bits: int = 16) -> int:
-    """An integer over 2 to the power of the grid, not less than x, with few leading bits."""
-    n = math.ceil(x * 2**grid)
-    shift = max(n.bit_length() - bits, 0)
-    return -(-n >> shift) << shift
+def entries_of(frame: Frame, rates: Sequence[int]) -> list[Fraction]:
+    """Claim sums of squares at the beginning of each block, from the growth up to the tube."""
+    entries, left = [], float(frame.tube) / 2
+    for n in reversed(range(0, len(rates), BLOCK)):
+        grown = sum(rates[n : n + BLOCK]) / 2**RATES * float(LENGTH)
+        left /= ROOM * math.exp(grown)
+        entries.append(Fraction(math.floor(left * 2**ENTRIES), 2**ENTRIES))
+    return entries[::-1]
+
+
+def _piece(rows: Sequence[Sequence[int]], rate: int) -> str:
+    texts = ";\n    ".join("[" + "; ".join(map(str, c)) + "]" for c in rows)
+    return f"  Piece [{texts}] {rate}"
+
+
+def _fraction(x: Fraction) -> str:
+    return f"({x.numerator} # {x.denominator})"
+
+
+def _matrix(rows: Sequence[Sequence[Fraction]]) -> str:
+    return "[\n" + ";\n".join(f"  [{'; '.join(map(_fraction, row))}]" for row in rows) + "]"
 
 
 if __name__ == "__main__":
-    bicycle, maneuvers = benchmark()
+    bicycle, _ = benchmark()
     balls = Equations.of(bicycle, Balls(BITS))
     folder = Path(sys.argv[1])
     (folder / "Equations.v").write_text(equations_file(balls))
-    (folder / "Certificate.v").write_text(certificate_file(balls, maneuvers[2]))
+    runs = read_candidate(DATASET)
+    for number in map(int, sys.argv[2:]):
+        text = certificate_file(balls, runs[number - 1], number)
+        (folder / f"Certificate{number}.v").write_text(text)
+        for n in range(PIECES // BLOCK):
+            (folder / f"Checked{number}_{n}.v").write_text(checked_file(number, n))

@@ -1,0 +1,365 @@
+(* Real numbers that the intervals of the checks enclose: the defect and the slopes of a piece. *)
+From Coq Require Import Reals QArith Qreals ZArith List Bool Lra Lia.
+From Coquelicot Require Import Coquelicot.
+From Interval Require Import Xreal Interval.Interval Float_full Tactic_float.
+From Interval Require Import Eval.Tree Eval.Prog Eval.Eval.
+Require Import Growth Sums Intervals Models Slopes Squares Checks.
+Import ListNotations.
+Open Scope R_scope.
+
+Section Bicycle.
+Variable program : list term.
+Variable integers : list Z.
+Variable start : list (Z * Z).
+Local Notation constants := (constants integers).
+Local Notation field := (field program integers).
+Local Notation motion := (motion program integers).
+Local Notation begins := (begins start).
+Local Notation constants_in := (constants_in integers).
+Local Notation rates_of := (rates_of program integers).
+Local Notation missing := (missing program integers).
+Local Notation missing_squares := (missing_squares program integers).
+Local Notation slopes_found := (slopes_found program integers).
+Local Notation check_piece := (check_piece program integers).
+Local Notation distance_in := (distance_in start).
+Local Notation check_chain := (check_chain program integers).
+Local Notation check_start := (check_start start).
+Local Notation check_block := (check_block program integers).
+
+Lemma power_nonzero b : (0 <= b)%Z -> IZR (2 ^ b) <> 0.
+Proof. intros H; apply IZR_neq, Z.pow_nonzero; lia. Qed.
+
+Lemma scaled_in n b : (0 <= b)%Z -> over n b \in scaled n b.
+Proof. intros H; apply div_in; [now apply power_nonzero | apply integer_in | apply integer_in]. Qed.
+
+Lemma over_nonneg n b : (0 <= n)%Z -> (0 <= b)%Z -> 0 <= over n b.
+Proof.
+intros N B; apply Rmult_le_pos; [now apply IZR_le|].
+left; apply Rinv_0_lt_compat, IZR_lt, Z.pow_pos_nonneg; lia.
+Qed.
+
+Lemma rational_in q : Q2R q \in rational q.
+Proof. apply div_in; [now apply IZR_neq | apply integer_in | apply integer_in]. Qed.
+
+Lemma length_is_in : 2 * half \in length_in.
+Proof.
+unfold half; replace (2 * (1 / 32)) with (1 / 16) by field.
+apply div_in; [lra | apply (integer_in 1) | apply (integer_in 16)].
+Qed.
+
+Lemma span_in s : - half <= s <= half -> s \in span.
+Proof. unfold half; intros H; apply stretch_in; [easy | lra]. Qed.
+
+Lemma symmetric_in x y a : y \in a -> Rabs x <= y -> x \in symmetric a.
+Proof.
+intros Y X; apply between_in with (- y) y; [| |now apply Rabs_le_between].
+- apply I.join_correct; left; now apply neg_in.
+- apply I.join_correct; now right.
+Qed.
+
+Lemma room_in x : Rabs x <= error -> x \in room.
+Proof.
+apply symmetric_in, div_in; [lra | apply (integer_in 1) | apply (integer_in 100000000)].
+Qed.
+
+Lemma all_states_spec f i : all_states f = true -> (i < count)%nat -> f i = true.
+Proof.
+unfold all_states; rewrite forallb_forall; intros H Hi; apply H, in_seq; lia.
+Qed.
+
+Lemma constants_within : A.contains_all constants_in constants.
+Proof.
+unfold constants_in, constants; split.
+  now rewrite !app_length, !map_length.
+intros j; destruct (le_lt_dec (length (map integer integers)) j) as [H|H].
+  rewrite app_nth2 by easy.
+  rewrite app_nth2 by now rewrite map_length in *.
+  rewrite !map_length in *.
+  destruct (j - length integers)%nat as [|k]; [apply I.pi_correct|].
+  now destruct k.
+rewrite !app_nth1 by now rewrite map_length in *.
+rewrite map_length in H.
+rewrite (nth_indep _ I.nai (integer 0)) by now rewrite map_length.
+rewrite !map_nth; apply integer_in.
+Qed.
+
+(* Matrices *)
+
+Definition real (m : list (list Q)) i j : R := Q2R (number m i j).
+
+Lemma matrix_is_in m i j : (i < count)%nat -> (j < count)%nat -> real m i j \in entry (matrix_in m) i j.
+Proof. intros Hi Hj; unfold matrix_in; rewrite entry_table by easy; apply rational_in. Qed.
+
+Definition times (a b : nat -> nat -> R) i j := sum count (fun k => a i k * b k j).
+Definition inside (a : nat -> nat -> R) (m : list (list I.type)) :=
+  forall i j, (i < count)%nat -> (j < count)%nat -> a i j \in entry m i j.
+
+Lemma product_in a b m n : inside a m -> inside b n -> inside (times a b) (product m n).
+Proof.
+intros A B i j Hi Hj; unfold product; rewrite entry_table by easy.
+apply sum_in; intros k Hk; apply mul_in; auto.
+Qed.
+
+Lemma squares_are_in a m v w :
+  inside a m -> (forall k, (k < count)%nat -> v k \in w k) ->
+  sum count (fun i => sum count (fun k => a i k * v k) * sum count (fun k => a i k * v k))
+  \in squares_in m w.
+Proof.
+intros A V; apply sum_in; intros i Hi; apply sqr_in, sum_in; intros k Hk; apply mul_in; auto.
+Qed.
+
+Lemma qsum_real n f : Q2R (qsum n f) = sum n (fun i => Q2R (f i)).
+Proof. induction n as [|n IH]; simpl; [apply RMicromega.Q2R_0 | now rewrite Q2R_plus, IH]. Qed.
+
+(* Polynomials *)
+
+Lemma is_derive_polynomial c s : is_derive (polynomial c) s (slope_of c s).
+Proof.
+induction c as [|a c IH]; simpl; [exact (is_derive_const 0 s)|].
+replace (polynomial c s + s * slope_of c s) with (0 + (1 * polynomial c s + s * slope_of c s)) by ring.
+apply (is_derive_plus (fun _ => over a 52) (fun s => s * polynomial c s)).
+  apply (is_derive_const (over a 52)).
+apply (is_derive_mult (fun s => s) (polynomial c)); [apply (is_derive_id s) | exact IH | intros; apply Rmult_comm].
+Qed.
+
+Lemma models_correct u c :
+  TM.approximates span (fst (models u c)) (fun s => Xreal (polynomial c s)) /\
+  TM.approximates span (snd (models u c)) (fun s => Xreal (slope_of c s)).
+Proof.
+induction c as [|a c [P D]]; cbn [models polynomial slope_of].
+  split; apply TM.const_correct, zero_in.
+destruct (models u c) as [p d]; cbn [fst snd] in *; split.
+- apply (@TM.add_correct u span _ _ (fun _ => Xreal (over a 52)) (fun s => Xreal (s * polynomial c s))).
+    apply TM.const_correct, scaled_in; lia.
+  now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (polynomial c s))); [apply TM.var_correct|].
+- apply (@TM.add_correct u span _ _ (fun s => Xreal (polynomial c s)) (fun s => Xreal (s * slope_of c s))); [easy|].
+  now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (slope_of c s))); [apply TM.var_correct|].
+Qed.
+
+Lemma end_correct sign c :
+  polynomial c (IZR sign * half) * (IZR (2 ^ 52) * IZR (32 ^ Z.of_nat (length c))) = IZR (end_of sign c).
+Proof.
+induction c as [|a c IH]; cbn [polynomial end_of length]; [ring|].
+rewrite plus_IZR, !mult_IZR, <- IH, Nat2Z.inj_succ, Z.pow_succ_r, Z.pow_add_r, !mult_IZR by lia.
+change (32 ^ 1)%Z with 32%Z; unfold over, half.
+pose proof (power_nonzero 52 ltac:(lia)); field; easy.
+Qed.
+
+Lemma end_value sign c :
+  length c = terms -> polynomial c (IZR sign * half) = IZR (end_of sign c) / IZR unity.
+Proof.
+intros L; rewrite <- end_correct, L.
+replace (IZR unity) with (IZR (2 ^ 52) * IZR (32 ^ Z.of_nat terms)) by (rewrite <- mult_IZR; reflexivity).
+field; split; apply IZR_neq; easy.
+Qed.
+
+(* The defect *)
+
+Lemma models_of_program (u : TM.U) (inputs : R -> list ExtendedR) (tms : list TM.T) i :
+  (forall j, TM.approximates span (nth j tms TM.dummy) (fun s => nth j (inputs s) Xnan)) ->
+  TM.approximates span
+    (nth i (eval_generic TM.dummy (TV.operations prec (snd u) span) program tms) TM.dummy)
+    (fun s => nth i (eval_ext program (inputs s)) Xnan).
+Proof.
+intros H; unfold eval_ext.
+apply (eval_inductive_prop_fun ExtendedR TM.T (fun a b => TM.approximates span b a)); try easy.
+- intros a b E t; apply TM.approximates_ext; now intros s; rewrite E.
+- apply TM.dummy_correct.
+- intros o a b T; destruct o; cbn [unary ext_operations TV.operations].
+  + now apply TM.opp_correct.
+  + now apply TM.abs_correct.
+  + now apply TM.inv_correct.
+  + now apply TM.sqr_correct.
+  + now apply TM.sqrt_correct.
+  + now apply TM.cos_correct.
+  + now apply TM.sin_correct.
+  + now apply TM.tan_correct.
+  + now apply TM.atan_correct.
+  + now apply TM.exp_correct.
+  + now apply TM.ln_correct.
+  + now apply TM.power_int_correct.
+  + now apply TM.nearbyint_correct.
+  + now apply TM.round_flt_correct.
+- intros o a1 a2 b1 b2 T1 T2; destruct o; cbn [binary ext_operations TV.operations].
+  + now apply TM.add_correct.
+  + now apply TM.sub_correct.
+  + now apply TM.mul_correct.
+  + now apply TM.div_correct.
+Qed.
+
+Definition candidate_state (p : piece) (s : R) : list R := map (fun i => candidate p i s) (seq 0 count).
+Definition defect (p : piece) (s : R) (i : nat) : R :=
+  slope_of (nth i (coefficients p) nil) s - field i (candidate_state p s).
+
+Lemma nth_state (f : nat -> R) (l : list R) j d :
+  nth j (map f (seq 0 count) ++ l) d = if Nat.ltb j count then f j else nth (j - count) l d.
+Proof.
+destruct (Nat.ltb_spec j count) as [H|H].
+  rewrite app_nth1 by now rewrite map_length, seq_length.
+  rewrite (nth_indep _ d (f O)) by now rewrite map_length, seq_length.
+  now rewrite map_nth, seq_nth.
+now rewrite app_nth2, map_length, seq_length by now rewrite map_length, seq_length.
+Qed.
+
+Lemma rates_correct p i :
+  TM.approximates span (nth i (rates_of (map (models_of fine p) (seq 0 count))) TM.dummy)
+    (fun s => nth i (eval_ext program (map Xreal (candidate_state p s ++ constants))) Xnan).
+Proof.
+unfold rates_of; rewrite map_map; apply (models_of_program fine); intros j.
+destruct (le_lt_dec count j) as [H|H].
++ rewrite app_nth2 by now rewrite map_length, seq_length.
+  apply TM.approximates_ext with (fun _ => nth (j - count) (map Xreal constants) Xnan).
+    intros t; rewrite map_app, app_nth2; unfold candidate_state; now rewrite !map_length, seq_length.
+  rewrite map_length, seq_length.
+  destruct constants_within as [L C].
+  destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
+    rewrite nth_overflow by (now rewrite map_length); apply TM.dummy_correct.
+  rewrite (nth_indep _ TM.dummy (TM.const I.nai)) by now rewrite map_length.
+  rewrite (nth_indep _ Xnan (Xreal 0)) by now rewrite map_length, <- L.
+  rewrite !map_nth; now apply TM.const_correct.
++ rewrite app_nth1 by now rewrite map_length, seq_length.
+  rewrite (nth_indep _ TM.dummy (fst (models_of fine p O))) by now rewrite map_length, seq_length.
+  rewrite (map_nth (fun i => fst (models_of fine p i))), seq_nth by easy.
+  apply TM.approximates_ext with (fun s => Xreal (candidate p j s)).
+    intros t; rewrite (nth_indep _ Xnan (Xreal 0)).
+      now rewrite map_nth; unfold candidate_state; rewrite nth_state; destruct (Nat.ltb_spec j count); [|lia].
+    rewrite map_length, app_length; unfold candidate_state; rewrite map_length, seq_length; lia.
+  apply models_correct.
+Qed.
+
+(* A value that is nan contains everything. *)
+Lemma value_ext f m s a time :
+  time \in span -> time \in s -> TM.approximates span m f ->
+  f time = a -> contains (I.convert (value span m s)) a.
+Proof.
+intros T S Ap <-.
+destruct (f time) as [|v] eqn:E.
+- assert (N : I.convert (value span m s) = Inan); [|now rewrite N].
+  specialize (Ap (span_not_empty span time T)); destruct m as [c| |r]; cbn [value].
+  + destruct Ap as [->|[y Y F]]; [easy|].
+    rewrite <- (F time T), E in Y; now destruct (I.convert c).
+  + now rewrite (Ap time T) in E.
+  + destruct Ap as [Nan _ _ _ _]; specialize (Nan time T E).
+    now apply I.add_propagate_r.
+- apply value_in with time; [easy | now exists f | easy].
+Qed.
+
+Lemma missing_is_in p s i :
+  - half <= s <= half -> (i < count)%nat -> defect p s i \in nth i (missing p) I.nai.
+Proof.
+intros Hs Hi; unfold missing; set (inputs := map (models_of fine p) (seq 0 count)).
+set (miss := fun i => value span (TM.sub fine span (snd (nth i inputs (TM.dummy, TM.dummy)))
+  (nth i (rates_of inputs) TM.dummy)) span).
+rewrite (nth_indep _ I.nai (miss O)) by now rewrite map_length, seq_length.
+rewrite (map_nth miss), seq_nth by easy; simpl plus; unfold miss, inputs at 1.
+rewrite (nth_indep _ (TM.dummy, TM.dummy) (models_of fine p O)) by now rewrite map_length, seq_length.
+rewrite (map_nth (models_of fine p)), seq_nth by easy.
+simpl plus; set (v := value _ _ _); unfold defect, field.
+apply (xreal_to_real
+  (fun y => contains (I.convert v) (Xsub (Xreal (slope_of (nth i (coefficients p) nil) s)) y))
+  (fun r => slope_of (nth i (coefficients p) nil) s - r \in v)).
+- simpl; intros H r; destruct (I.convert v); easy.
+- now simpl.
+- unfold v; apply value_ext with (3 := @TM.sub_correct fine span _ _ _ _
+    (proj2 (models_correct fine (nth i (coefficients p) nil))) (rates_correct p i)) (time := s);
+    [now apply span_in | now apply span_in | easy].
+Qed.
+
+(* The slopes *)
+
+Lemma unit_slopes_within time j :
+  time \in span -> within span time (fun k => if Nat.eqb k j then 1 else 0) (unit_slopes j).
+Proof.
+intros T k; unfold unit_slopes.
+destruct (Nat.eqb_spec k j) as [->|N].
+  rewrite app_nth2; rewrite repeat_length; [|lia].
+  rewrite Nat.sub_diag; apply const_reads, (integer_in 1).
+destruct (le_lt_dec j k) as [H|H].
+  rewrite app_nth2; rewrite repeat_length; [|lia].
+  destruct (k - j)%nat as [|m] eqn:E; [lia|]; now destruct m.
+rewrite app_nth1 by now rewrite repeat_length.
+now rewrite nth_repeat.
+Qed.
+
+Lemma field_difference p s (e : nat -> R) i :
+  - half <= s <= half ->
+  (forall j, (j < count)%nat -> Rabs (e j) <= error) ->
+  has_slopes (nth i (slopes_found p) None) = true ->
+  exists g, (forall j a, s \in a -> g j \in slope_at (nth i (slopes_found p) None) j a) /\
+    field i (map (fun j => candidate p j s + e j) (seq 0 count)) - field i (candidate_state p s)
+    = sum count (fun j => g j * e j).
+Proof.
+intros Hs He Has; pose proof (span_in s Hs) as T.
+set (inputs := fun r => map (fun j => candidate p j s + r * e j) (seq 0 count) ++ constants).
+assert (M : moves span s count e (fun r => nth i (eval_real program (inputs r)) 0)
+              (nth i (slopes_found p) None)).
+  apply moves_program; [easy|]; intros j.
+  destruct (le_lt_dec count j) as [H|H].
+  - rewrite app_nth2 by now rewrite map_length, seq_length.
+    rewrite map_length, seq_length.
+    destruct constants_within as [L C].
+    destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
+      now rewrite nth_overflow by (now rewrite map_length).
+    rewrite (nth_indep _ None (Some (TM.const I.nai, nil))) by now rewrite map_length.
+    rewrite (map_nth (fun c => Some (TM.const c, nil))).
+    intros r _; unfold inputs; rewrite nth_state.
+    destruct (Nat.ltb_spec j count) as [|_]; [lia|]; split; [apply const_reads, C|].
+    exists (fun _ => 0); split; [intros k; now destruct k|].
+    rewrite sum_scal, Rmult_0_l.
+    apply (is_derive_ext (fun _ => nth (j - count) constants 0)); [|apply (is_derive_const (nth (j - count) constants 0))].
+    intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [lia | easy].
+  - rewrite app_nth1 by now rewrite map_length, seq_length.
+    set (box := fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room), unit_slopes i)).
+    rewrite (nth_indep _ None (box O)) by now rewrite map_length, seq_length.
+    rewrite (map_nth box), seq_nth by easy.
+    intros r Hr; unfold inputs; rewrite nth_state.
+    destruct (Nat.ltb_spec j count) as [_|]; [|lia]; split.
+    + apply add_reads.
+        exists (fun s => Xreal (candidate p j s)); split; [apply models_correct | easy].
+      apply const_reads, room_in; rewrite Rabs_mult, (Rabs_right r) by lra.
+      apply Rle_trans with (2 := He j H); pose proof (Rabs_pos (e j)); nra.
+    + exists (fun k => if Nat.eqb k j then 1 else 0); split; [now apply unit_slopes_within|].
+      rewrite sum_unit by easy.
+      apply (is_derive_ext (fun r => candidate p j s + r * e j)).
+        intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [easy | lia].
+      auto_derive; [easy | ring].
+destruct (nth i (slopes_found p) None) as [[x l]|]; [|easy].
+destruct (mean_value _ _ _ _ _ _ _ M) as [g [G E]].
+exists g; split.
+  intros j a Ha; simpl; generalize (G j); unfold slope_reads; destruct (nth j l None) as [m|].
+    intros R; now apply value_in with s.
+  intros ->; apply zero_in.
+assert (E1 : inputs 1 = map (fun j => candidate p j s + e j) (seq 0 count) ++ constants).
+  unfold inputs; f_equal; apply map_ext; intros j; ring.
+assert (E0 : inputs 0 = candidate_state p s ++ constants).
+  unfold inputs, candidate_state; f_equal; apply map_ext; intros j; ring.
+now rewrite <- E, E1, E0.
+Qed.
+
+Lemma finite_choice n (P : nat -> (nat -> R) -> Prop) :
+  (forall i, (i < n)%nat -> exists g, P i g) -> exists G, forall i, (i < n)%nat -> P i (G i).
+Proof.
+induction n as [|n IH]; intros H; [now exists (fun _ _ => 0)|].
+destruct IH as [G HG]; [intros i Hi; apply H; lia|].
+destruct (H n ltac:(lia)) as [g Hg].
+exists (fun i => if Nat.eqb i n then g else G i).
+intros i Hi; destruct (Nat.eqb_spec i n) as [->|N]; [easy | apply HG; lia].
+Qed.
+
+Lemma part_of s : - half <= s <= half -> exists q, (q < parts)%nat /\ s \in part q.
+Proof.
+intros Hs.
+assert (P : forall n, (0 < n)%nat -> s <= (INR n - 8) / 256 ->
+  exists q, (q < n)%nat /\ (INR q - 8) / 256 <= s <= (INR q - 7) / 256).
+  induction n as [|n IH]; intros N H; [lia|].
+  rewrite S_INR in H.
+  destruct (Rle_dec s ((INR n - 8) / 256)) as [L|L].
+    destruct n as [|n]; [exists O; simpl in *; unfold half in Hs; split; [lia | lra]|].
+    destruct (IH ltac:(lia) L) as [q [Hq E]]; exists q; split; [lia | easy].
+  exists n; split; [lia | lra].
+destruct (P parts) as [q [Hq E]]; [unfold parts; lia | unfold half in Hs; simpl; lra |].
+exists q; split; [easy|]; apply stretch_in; [easy|].
+rewrite !minus_IZR, <- INR_IZR_INZ; lra.
+Qed.
+
+End Bicycle.
