@@ -100,7 +100,7 @@ class Flow:
     y, v
         Coefficients of polynomials in s: Y, and V, which is close to the inverse of Y.
     weights
-        Thresholds of the state variables in the norm of the three bounds.
+        Weights of the state variables in the norm of the three bounds.
     defect
         Bound on Y' - h J Y.
     size_inverse
