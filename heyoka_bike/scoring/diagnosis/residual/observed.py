@@ -66,7 +66,7 @@ class Observed:
     state : mapping of str to ndarray, shape (n,)
         Columns of `STATE_KEYS` and the yaw, in SI and the default definitions.
     windows : ndarray, shape (w, n)
-        Thresholds of the rows in the averages; the weights of each average add up to 1.
+        Weights of the rows in the averages; the weights of each average add up to 1.
     accelerations : ndarray, shape (3, w), or (2, w) without a speed
         Averages of the derivatives of roll rate, steer rate and speed.
     uncertain : ndarray of the same shape
