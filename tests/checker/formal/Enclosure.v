@@ -581,3 +581,13 @@ split; [exact S|]; intros i Hi.
 replace t with (middle k + (t - middle k)) at 1 by ring.
 apply (Near k p P); [exact S | lra | exact Hi].
 Qed.
+
+(* 160 pieces cover ten seconds. *)
+Lemma ten_seconds_covered x pieces :
+  near_candidate x 10 pieces -> length pieces = 160%nat ->
+  forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+Proof.
+intros Near L t Ht; apply (covered x 10 pieces Near t Ht); rewrite L; [|lia].
+unfold half; simpl; lra.
+Qed.

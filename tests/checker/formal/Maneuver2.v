@@ -1,0 +1,42 @@
+(* Theorem 1 for maneuver 2, ten seconds. *)
+From Coq Require Import Reals QArith Qreals ZArith List.
+Require Import Enclosure Equations Certificate2.
+Require Checked2_0 Checked2_1 Checked2_2 Checked2_3 Checked2_4.
+Import ListNotations.
+Open Scope R_scope.
+
+Definition pieces : list piece :=
+  concat (map members [block_0; block_1; block_2; block_3; block_4]).
+
+(* Upright and straight at 4.6 m/s, with a roll rate of 0.5 rad/s; rear wheel spin 46/3 rad/s *)
+Lemma initial_state : start = [(0, 1); (0, 1); (0, 1); (1, 2); (0, 1); (46, 3); (0, 1)]%Z.
+Proof. reflexivity. Qed.
+
+Lemma begun : check_start start certified block_0 = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
+
+Lemma all_blocks : all_checked equations integers certified
+  [block_0; block_1; block_2; block_3; block_4].
+Proof.
+refine (conj Checked2_0.checked (conj _ (conj _ (conj Checked2_1.checked (conj _ (conj _
+  (conj Checked2_2.checked (conj _ (conj _ (conj Checked2_3.checked (conj _ (conj _
+  (conj Checked2_4.checked (conj _ (conj _ Logic.I)))))))))))))));
+  try discriminate; apply entry_nonneg; vm_cast_no_check (eq_refl true).
+Qed.
+
+(* A motion of the bicycle that begins as maneuver 2 does is, as long as it exists, within 1e-8 of
+   the candidate in each of its seven state variables. *)
+Theorem maneuver_2 (x : nat -> R -> R) (until : R) :
+  motion equations integers x until -> begins start x -> near_candidate x until pieces.
+Proof. exact (enclosed _ _ _ _ _ _ x until begun all_blocks). Qed.
+
+(* The pieces cover ten seconds: at each time one of them is as near. *)
+Corollary ten_seconds (x : nat -> R -> R) :
+  motion equations integers x 10 -> begins start x ->
+  forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+Proof.
+intros M B; apply (ten_seconds_covered x pieces (maneuver_2 x 10 M B)); vm_compute; reflexivity.
+Qed.
+
+Print Assumptions ten_seconds.
