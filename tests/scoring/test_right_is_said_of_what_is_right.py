@@ -56,7 +56,7 @@ def test_few_digits_cannot_be_right_and_are_not_called_wrong(reference, tmp_path
     require = ["scd >= 3", "scd >= 6", "columns >= 2"]
     report = score(tmp_path / "a.csv", reference, require, maneuver=2)
     assert report.worst.scd < 4
-    assert ": cannot be told at the digits written, as far as it goes: 2 of 8" in report.verdict
+    assert ": undecided at the digits written, as far as it goes: 2 of 8" in report.verdict
     assert not report.is_right
     assert [r.met for r in report.requirements] == [True, False, True]
 
@@ -97,7 +97,7 @@ def test_the_start_alone_is_called_so_first(reference, tmp_path, count):
     report = score(tmp_path / "start.csv", reference, maneuver=2, columns=columns.split(","))
     said = report.verdict.partition(": ")[2]
     # They are written as 0.5 and 4.6.
-    start = "only the start is there, which the benchmark gives: cannot be told"
+    start = "only the start is there, which the benchmark gives: undecided"
     assert said.startswith(start)
     assert not report.is_right
 

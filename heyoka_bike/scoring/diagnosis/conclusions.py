@@ -556,7 +556,7 @@ class NothingWrong(Evidence):
     def _finding(self) -> Finding:
         which = f"{named(self.keys)}: each" if self.keys else "every column"
         if self.signs is None:
-            said = f"{which} is as right as the digits written can tell"
+            said = f"{which} is as exact as the digits written allow"
             return info("nothing_to_explain", said)
         signs = self.signs.finding()
         return replace(signs, message=f"{which} is right by itself, but {signs.message}")

@@ -44,7 +44,7 @@ DOES_NOT_COUNT = {
     DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
     DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
     DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
-    DoesNotCount.FEW_DIGITS: "it cannot be told at the digits written",
+    DoesNotCount.FEW_DIGITS: "the digits written do not decide it",
 }
 """Reasons why the result of eq. (1) does not count."""
 
