@@ -75,10 +75,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
         ("scd", "N", "correct digits that bicycle_score(...).require() requires by default"),
-        ("columns", "N", "number of columns, out of eight, that suffices unless a test sets it "
-         "(default: all)"),
-        ("coverage", "X", "fraction of the run that suffices unless a test sets it (default: the "
-         "whole run)"),
+        ("columns", "N", "least number of the eight columns that must be compared, unless a test "
+         "sets it (default: all)"),
+        ("coverage", "X", "least fraction of the run that the rows must cover, unless a test sets "
+         "it (default: the whole run)"),
         ("reference", "DIR", "folder of the reference dataset (default: the published one)"),
         ("diagnose", "WHEN", "'auto' adds the likely mistake to the first three failures, about "
          "ten seconds each; 'never' does not (default: auto)"),

@@ -168,4 +168,4 @@ def test_a_cause_beside_which_much_is_left_only_looks_like_it(size, is_all, refe
     assert first.evidence["mistakes"] == ["trail_normal"]
     assert first.evidence["is_all"] is is_all
     assert first.message.startswith("Looks like: ") is not is_all
-    assert ("Something else is there: kinetic_energy of maneuver 2" in first.message) is not is_all
+    assert ("There is something else: kinetic_energy of maneuver 2" in first.message) is not is_all

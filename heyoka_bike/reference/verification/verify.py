@@ -57,7 +57,7 @@ _BITS_OF_START = 128  # Precision of the check that the initial conditions can b
 
 MEASURED: Mapping[str, str] = {
     "schema": "structure as in docs/files.md",
-    "content_sha256": "the hash is that of the numbers",
+    "content_sha256": "the recorded hash matches the numbers",
     "states": "every value is the binary64 nearest to the exact value, proved again",
     "row_zero": "times and rational values of row 0 are correctly rounded",
     "energy": "potential + kinetic = mechanical energy = constant, to {largest:.1e} of it",

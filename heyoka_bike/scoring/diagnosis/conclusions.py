@@ -591,7 +591,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
     """Say where a hypothesis leaves an error, and its size."""
     number, key = rest
     return (
-        f"Something else is there: {key} of maneuver {number} is still off, typically by "
+        f"There is something else: {key} of maneuver {number} is still off, typically by "
         f"{scale_words(h.after[rest])}"
     )
 

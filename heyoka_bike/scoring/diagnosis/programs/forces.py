@@ -616,7 +616,7 @@ FORWARD: Mapping[str, Force] = {
                             "s-1", 0.01, _decay),
     "angular_damping": Force("rate at which all angular velocities are damped", "s-1", 0.01,
                              _spin_down),
-    "speed_held": _part("change of the rear wheel's speed (a drive holds it)", _held_speed),
+    "speed_held": _part("change of the rear wheel's speed (a drive holds the speed)", _held_speed),
     "spin_held": _part("change of the rear wheel's rate against the frame (a motor holds it)",
                        _held_spin),
 }  # fmt: skip
