@@ -505,8 +505,8 @@ def _inertia_warnings(values: Mapping[str, Exact]) -> Iterator[str]:
         xx, yy, zz, xz = _inertia(values, letter)
         if xx * zz == xz * xz or yy == 0:
             yield f"inertia matrix of {letter} is only semidefinite"
-        # Triangle inequalities between yy and the principal moments p <= q in the xz plane: q <= p
-        # + yy, and yy <= p + q.
+        # Triangle inequalities of yy and the principal moments p <= q in the xz plane, namely
+        # q <= p + yy, and yy <= p + q.
         if yy > xx + zz or (xx - zz) ** 2 + 4 * xz**2 > yy**2:
             yield f"moments of inertia of {letter} violate the triangle inequality"
     for letter in "RF":
