@@ -44,7 +44,7 @@ def test_the_page_lists_every_step_with_its_question():
 def told(caplog, report, reference, budget=USUAL):
     with caplog.at_level(logging.INFO, "heyoka_bike.scoring.diagnosis"):
         diagnosed(report, reference, budget=budget)
-    lines = [r.getMessage() for r in caplog.records if r.name.endswith("followed")]
+    lines = [r.getMessage() for r in caplog.records if r.name.endswith("step_log")]
     return {m[1]: m for line in lines if (m := LINE.fullmatch(line))}
 
 

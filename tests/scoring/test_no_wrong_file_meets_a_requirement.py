@@ -66,7 +66,7 @@ def a_part_is_enough(monkeypatch):
     """Let few columns and a part of the run suffice, so that only the patched check decides."""
     for module in (verdict, requirements):
         monkeypatch.setattr(module, "ALL_COLUMNS", 0)
-        monkeypatch.setattr(module, "WHOLE", 0.0)
+        monkeypatch.setattr(module, "MIN_COVERAGE", 0.0)
 
 
 @pytest.mark.usefixtures("a_part_is_enough")
