@@ -675,7 +675,7 @@ def test_other_times_are_refused(check, published, name):
 def test_numbers_kept_elsewhere_are_refused_before_anything_is_proved(
     check, published, change, said
 ):
-    """The damaged maneuver is the last one. Reading takes far less than 5 s, but a proof minutes."""
+    """Maneuver 3, the last one, is damaged. Reading takes far less than 5 s, a proof minutes."""
     of_rows(change, "maneuver_3")(published)
     limit = os.times().children_user + 5.0
     code, out, error = check(published)

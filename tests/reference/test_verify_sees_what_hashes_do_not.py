@@ -373,7 +373,7 @@ def test_the_start_of_the_candidate(copy):
 def test_a_motion_that_does_not_obey_the_equations(copy):
     """The change is in the last segment, which need not join another, and below the 50 digits."""
     last = change_candidate(copy, -1, 2, 3, Fraction(1, 10**58))
-    # The energy of the changed motion is not constant, so a second check fails too.
+    # The energy of the changed motion also drifts, so the check `integration` fails too.
     assert failed(copy) == {("equations_of_motion", CANDIDATE), ("integration", CANDIDATE)}
     assert last > 1
     assert "off the equations" in message(copy, "equations_of_motion")
