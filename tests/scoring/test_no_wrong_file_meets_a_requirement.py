@@ -43,8 +43,8 @@ def test_no_wrong_file_of_20000_passes():
     assert [(o.number, o.lost) for o in found if o.lost] == []
 
 
-# The game must be able to fail: each of the following tests breaks the scorer that is played
-# against.
+# The game must be able to fail: each of the following tests breaks the scorer and checks that the
+# game notices it.
 
 
 def test_the_game_sees_values_that_are_not_compared(monkeypatch):

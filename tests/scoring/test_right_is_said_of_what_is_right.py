@@ -18,7 +18,7 @@ def test_a_right_file_is_right_and_a_wrong_one_is_not(reference):
     assert (right.is_right, right.to_dict()["is_right"]) == (True, True)
     assert ": right, " in right.verdict
     wrong = score(made(reference, lambda k, v, n: 1.01 * v if k == "steer_rate" else v), reference)
-    # Without a requirement, every file passes.
+    # Every file passes if there is no requirement.
     assert (wrong.passed, wrong.is_right, wrong.to_dict()["is_right"]) == (True, False, False)
     assert ": wrong, " in wrong.verdict
 
@@ -96,7 +96,7 @@ def test_the_start_alone_is_called_so_first(reference, tmp_path, count):
     columns = "time,roll_angle,roll_rate,forward_speed"
     report = score(tmp_path / "start.csv", reference, maneuver=2, columns=columns.split(","))
     said = report.verdict.partition(": ")[2]
-    # They are written as 0.5 and 4.6.
+    # The values 0.5 and 4.6 in the file are exactly those of the benchmark's initial conditions.
     start = "only the start is there, which the benchmark gives: undecided"
     assert said.startswith(start)
     assert not report.is_right
