@@ -426,7 +426,9 @@ def test_inputs_that_are_not_the_benchmarks_are_refused_in_one_line(check, publi
 
 def test_the_checker_has_the_benchmarks_own_inputs(bicycle, maneuvers):
     source = (SOURCES / "claims.hpp").read_text()
-    own = source.partition("const std::string BICYCLE")[2].partition("// Names of the attributes")[0]
+    own = source.partition("const std::string BICYCLE")[2].partition("// Names of the attributes")[
+        0
+    ]
     words = " ".join(re.findall(r'"([^"]*)"', own))
     said = iter(words.split())
     pairs = [(name, Exact.parse(value)) for name, value in zip(said, said, strict=True)]
