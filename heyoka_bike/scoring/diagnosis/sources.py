@@ -27,7 +27,7 @@ class Source(Step):
 
     Attributes
     ----------
-    look : Look
+    look : RowCheck
     """
 
     look: RowCheck
