@@ -18,7 +18,8 @@ from heyoka_bike.commands.registry import COMMANDS, GROUPS, command
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.version import __version__
 
-# These commands run threads of their own; further threads of the linear algebra would only compete.
+# These commands run their own threads, so further threads of the linear algebra library would only
+# compete with them for the processors.
 _THREADED = ("score", "diagnose")
 
 EXIT_CODES = {
@@ -165,7 +166,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _carry_out(arguments)
     except SystemExit:
-        # Only rich raises it here: when the reader of our output has closed the pipe.
+        # Only rich raises this exception here, when the reader of our output has closed the pipe.
         return Exit.OK
     except BrokenPipeError:
         return _unread()
@@ -190,7 +191,8 @@ def _prepare(words: Sequence[str]) -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         # The name of a file may contain letters that the terminal's encoding lacks.
         sys.stdout.reconfigure(errors="backslashreplace")
-    # Imported modules are no garbage; collecting in vain took 1/30 of the time of `score`.
+    # Imported modules are never garbage, and searching for garbage among them took 1/30 of the time
+    # of `score`.
     gc.set_threshold(50_000)
     if words[:1] and words[0] in _THREADED:
         # NumPy reads this variable when it is imported.

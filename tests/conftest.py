@@ -12,7 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-# Like `score` and `diagnose`: with small systems on a busy machine, threads wait for each other.
+# Use one thread, as `score` and `diagnose` do. With small systems on a busy machine, several
+# threads only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
@@ -32,7 +33,7 @@ from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
 
-# A separate project, which a test runs
+# This folder is a separate project, which one of the tests runs.
 collect_ignore = ["example_project"]
 
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
@@ -46,11 +47,11 @@ for name in (
 ):
     os.environ.pop(name, None)
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # A test's processes run without coverage measurement, like those of users.
+    # Processes started by a test run without coverage measurement, as those of users do.
     os.environ.pop("COVERAGE_PROCESS_START", None)
 
-# Every run has the same examples, so a new failure is due to a change. New examples are drawn with
-# pytest --hypothesis-profile=search.
+# Hypothesis draws the same examples in every run, so a new failure is due to a change. New examples
+# are drawn with pytest --hypothesis-profile=search.
 hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
 hypothesis.settings.register_profile("search", print_blob=True, deadline=None)
 hypothesis.settings.load_profile("same")
@@ -64,7 +65,8 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # Thousands of tests are collected, and none of them becomes garbage before the end.
+    # Collection creates thousands of test items, and all of them remain until the end. Collecting
+    # garbage meanwhile would only cost time.
     gc.disable()
 
 
@@ -90,7 +92,7 @@ class RememberingSimulator(Simulator):
     """Caches the first motions that are simulated: those of the usual mistakes, which every file
     needs."""
 
-    most = 500  # motions of a third of a megabyte each
+    most = 500  # largest number of motions, each of which takes a third of a megabyte
 
     def __init__(self) -> None:
         super().__init__()
@@ -146,7 +148,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeO
     def make(name: str, fill: Callable[[Path], object]) -> Path:
         from filelock import FileLock  # only tests that use this fixture need it
 
-        # The first process that runs such a test fills the folder; the others wait for it.
+        # The first process that runs such a test fills the folder. The other processes wait for it.
         base = tmp_path_factory.getbasetemp()
         place = (base if worker_id == "master" else base.parent) / name
         made = place.with_name(f"{name}.made")

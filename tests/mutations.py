@@ -33,12 +33,12 @@ from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "heyoka_bike"
-# Modules with the decisions and the proofs
+# Modules that contain the decisions and the proofs
 SUBJECTS = (
     "scoring/verdict.py", "scoring/measures.py", "scoring/judge", "scoring/requirements.py",
     "reference/proof/rows.py", "motion/integrate.py",
 )  # fmt: skip
-# [s] time limit for the tests of one slip; beyond it, the outcome is `open`
+# [s] time limit for the tests of one slip. Beyond this time, the outcome is `open`.
 SECONDS = 120
 PYTEST = (sys.executable, "-m", "pytest", "-q")
 
@@ -226,7 +226,7 @@ def left(table: Path) -> list[Slip]:
 def tried(slip: Slip, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float]) -> Outcome:
     """Make a slip in a copy, and run the tests of its line there until one fails."""
     of_module = lines.get(slip.module, {})
-    # A constant is evaluated at import, so every test that uses the module may depend on it.
+    # Python evaluates a constant at import, so every test that uses the module may depend on it.
     tests = of_module.get(str(slip.line)) or sorted(set().union(*of_module.values()))
     if not tests:
         return Outcome(slip, "not run")

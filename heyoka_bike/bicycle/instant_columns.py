@@ -42,7 +42,8 @@ class InstantLevel:
     columns: tuple[Column, ...]
 
 
-# Name, unit, long name, and the positive direction or the axes of a vector.
+# Fields of a column's description: the name, the unit, the long name, and the positive direction
+# or, for a vector, the axes.
 _InstantRow = tuple[str, str, str, str]
 _INSTANT_PLACES = {
     "rear_contact": ("rear contact point", "xy"),

@@ -14,10 +14,12 @@ _FRAME_AXES = "along the axes of the {frame}, y along the axle"
 _STEER_AXES = "z down the steer axis, y right along the front axle, x forward across both"
 _ON_FRONT = "of the rear frame on the front frame"
 
-# Name, definition, unit, long name, meaning, and the axes of a vector or the positive direction.
+# Fields of a column's description: the name, the definition, the unit, the long name, the meaning,
+# and the positive direction or, for a vector, the axes.
 _DefinitionText = tuple[str, str, str, str, str, str]
 
-# A group whose names contain {end} gives all its columns for the rear, then all for the front.
+# A group whose names contain {end} lists all of its columns for the rear wheel, then all for the
+# front wheel.
 _GROUPS: tuple[tuple[_DefinitionText, ...], ...] = (
     (("{end}_contact", "ground_axes", "m", "{end} contact point",
       "lowest point of the {end} wheel; ground frame", "xy"),),

@@ -64,7 +64,7 @@ def _is_within(x: Exact, half_turns: Fraction) -> bool:
     )
 
 
-# The comparisons are exact.
+# Conditions on the values of parameters. They are evaluated exactly, without rounding.
 _RANGES: Mapping[str, Callable[[Exact], bool]] = {
     "": lambda x: True,
     _POSITIVE: lambda x: x.sign > 0,
@@ -505,7 +505,8 @@ def _inertia_warnings(values: Mapping[str, Exact]) -> Iterator[str]:
         xx, yy, zz, xz = _inertia(values, letter)
         if xx * zz == xz * xz or yy == 0:
             yield f"inertia matrix of {letter} is only semidefinite"
-        # Principal moments p <= q in the xz plane: p + yy >= q, and yy <= p + q.
+        # Triangle inequalities of yy and the principal moments p <= q in the xz plane, namely
+        # q <= p + yy, and yy <= p + q.
         if yy > xx + zz or (xx - zz) ** 2 + 4 * xz**2 > yy**2:
             yield f"moments of inertia of {letter} violate the triangle inequality"
     for letter in "RF":

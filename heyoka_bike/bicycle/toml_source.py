@@ -17,11 +17,11 @@ Where = tuple[str | int, ...]
 """Path of an entry: keys, and indices in arrays."""
 
 _MAX_BYTES = 200_000
-# The time of tomllib grows with the square of the parts of a dotted key; a limit on the line length
-# bounds it.
+# Maximum length of a line [characters]. It limits the number of parts of a dotted key, because the
+# time that tomllib takes grows with the square of that number.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
-# End of a message of tomllib.
+# End of an error message of tomllib, which gives the place of the error.
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -163,7 +163,7 @@ class TomlSource:
         about
             Description of the entry.
         """
-        # Without a file the values come from Python, where no table has a name.
+        # Values without a file come from Python, where no table has a name.
         place = _key(where if self.path else where[-1:])
         place += f" ({about})" if about else ""
         return InputError(f"{place}: {message}" if place else message, file=self.path)

@@ -108,7 +108,7 @@ def tree_of(bicycle: Bicycle, a: Arithmetic) -> Tree:
     links = {}
     for body, place in places.items():
         xx, yy = p[f"I{body}xx"], p[f"I{body}yy"]
-        # A wheel has its diametral inertia about z.
+        # A wheel has no Izz, because its inertia about z equals Ixx: both axes are diameters.
         zz, xz = p.get(f"I{body}zz", xx), p.get(f"I{body}xz", zero)
         links[body] = Link(
             body, place, p[f"m{body}"], minus(centres[body], place),

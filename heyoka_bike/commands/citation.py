@@ -17,7 +17,7 @@ from heyoka_bike.version import __version__
 
 _ENTRY_OF_README = re.compile(r"^(.+):\n((?:[@ ].*\n)+\})$", re.MULTILINE)
 _FIELD = re.compile(r"^  (\w+) = \{+(.+?)\}+,$", re.MULTILINE)
-# Text forms of the fields that are not written as in BibTeX.
+# How the text form writes the fields that differ from BibTeX.
 _IN_TEXT = {"version": "Version {}", "doi": "https://doi.org/{}"}
 
 

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 def _as_json(found: Report) -> str:
     from heyoka_bike.showing.formats.json import document
 
-    # `findings` has those of the diagnosis first, then those of `score`.
+    # `findings` lists the findings of the diagnosis first, then those of `score`.
     whole = document(found)
     keys = ("schema_version", "dataset_version", "bicycle", "file", "findings", "stopped_early")
     return json.dumps({key: whole[key] for key in keys}, indent=2, allow_nan=False)

@@ -67,7 +67,8 @@ def add_parser(subparsers: Any) -> None:
         "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that scores files in the "
         "browser, without a server",
     }
-    # Without a value the files go to the place of -o; an empty value means the current folder.
+    # If the option has no value, the files go to the folder of -o. An empty value means the current
+    # folder.
     place: dict[str, object] = {"const": True, "type": lambda text: text or "."}
     options.add_arguments(
         what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS},

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
 
-_WIDTH_OF_FILES = 120  # Width of a table of checks in a file or a pipe [characters].
+_WIDTH_OF_FILES = 120  # width of a table of checks in a file or a pipe [characters]
 _RESULT_OF_CHECK = {
     True: ("ok", "passed"),
     False: ("FAILED", "failed"),

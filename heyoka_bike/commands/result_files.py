@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 
-_BYTES_OF_LONG_FILE = 20_000_000  # While a larger file is read, a spinner is shown.
+_BYTES_OF_LONG_FILE = 20_000_000  # [bytes], size from which a spinner is shown while a file is read
 # Waiting time after which a notice is printed [s]: a pipe that nobody writes to looks like a hang.
 _SECONDS_OF_SILENCE = 5.0
 

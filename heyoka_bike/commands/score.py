@@ -177,7 +177,7 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
                 f"--output: found '{path.name}', expected a name ending in "
                 f"{', '.join(SUFFIXES)}, or a --format for it"
             )
-        # The table goes to standard output if the file can have another format.
+        # The table goes to standard output if another format can go to the file.
         name = next((f for f in left if f != "table"), left[0])
         left.remove(name)
         written.append((path, name))

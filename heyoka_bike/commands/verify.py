@@ -32,7 +32,7 @@ from heyoka_bike.system.console import patience, progress_bars
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
-_MAX_OTHER_FILES = 5  # Names of files outside the dataset that the warning lists.
+_MAX_OTHER_FILES = 5  # maximum number of files outside the dataset that the warning lists
 _SHARES_OF_VERIFY = {"integrate": 0.9, "compare": 0.1}
 
 

@@ -66,25 +66,30 @@ MAX_SEARCH_TIME = Fraction(1000)
 """The search for a fall ends at this time [s]."""
 
 _FIRST_SEARCH, _GROWTH = Fraction(16), 4
-# The precise run ends this long after the event that the binary64 run found [s]: far more than the
-# error of binary64, and far less than the pieces before a singularity.
+# The precise run ends this long after the event found by the binary64 run [s]. This is much longer
+# than the error of binary64, and much shorter than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-# Limit on the spans of one piece. A tangent zero takes two spans for each bit; only a function that
-# is zero throughout, while its rate is not shown to be zero, reaches the limit.
+# Maximum number of spans of one piece that wait to be halved. A tangent zero takes two spans for
+# each bit. Only a function that is zero throughout, and whose rate cannot be shown to be zero,
+# reaches the limit.
 _MOST_HALVINGS_WAITING = 4096
-# A step of heyoka ends well inside the circle of convergence of its series, so each coefficient of
-# the interpolation is smaller than the one before by more than a factor of ten.
+# Number of interpolation nodes in a piece. A step of heyoka ends well inside the circle of
+# convergence of its series, so each coefficient of the interpolation is smaller than the previous
+# one by more than a factor of ten.
 _NODES_OF_PIECE = 24
-# Far above the truncation error of the interpolation or the series, relative to its coefficients.
+# Maximum sum of the last coefficients relative to the sum of all. It is far above the truncation
+# error of the interpolation or the series.
 _SLACK = 1e-7
-_TERMS_OF_PIECE, _LAST_TERMS = 24, 3  # of the Taylor series
-_RADIUS_OF_SAMPLES = 4  # of `Samples`: aliasing changes terms by less than 4^-32 of the function
-_PIECES_AT_ONCE = 512  # pieces in one array
-# If the function is zero at the start, and there is no certificate, a zero within this fraction of
-# the first piece is the start itself.
+# Number of terms of the Taylor series, and how many of its last terms are checked.
+_TERMS_OF_PIECE, _LAST_TERMS = 24, 3
+# Radius for `Samples`: aliasing changes terms by less than 4^-32 of the function.
+_RADIUS_OF_SAMPLES = 4
+_PIECES_AT_ONCE = 512  # maximum number of pieces in one array
+# Fraction of the first piece. If the function is zero at the start and there is no certificate, a
+# zero within this fraction is the start itself.
 _AT_START = Fraction(1, 2**24)
 
 
@@ -327,7 +332,8 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
         if group:
             yield group, before, span.sign
         elif before * span.sign < 0:
-            # The polynomials of a run without a certificate may jump past zero.
+            # Without a certificate the polynomials of a run may be discontinuous, so the function
+            # may jump past zero.
             yield [_Span(span.low, span.low, 0, span.sign)], before, span.sign
         before, group = span.sign, []
     if group:

@@ -98,7 +98,7 @@ def caches_off() -> Iterator[None]:
         state.set_diskcache_enabled(was_enabled)
 
 
-# Numbers and expressions.
+# This part of the module wraps heyoka's numbers and expressions.
 
 
 class NativeNumbers:
@@ -124,7 +124,8 @@ class NativeNumbers:
         self.bits = precision.bits
         self.is_mpfr = precision.name.endswith("digits")
         if self.is_mpfr:
-            # Without this handler NumPy arrays of heyoka.real leak their digits.
+            # Without this handler the memory of the digits of heyoka.real in NumPy arrays is never
+            # freed.
             hy.install_custom_numpy_mem_handler()
             self.type: Any = hy.real
         elif precision.name == "binary64":
@@ -236,7 +237,7 @@ class Compiled:
         return self._function(np.ascontiguousarray(values), **more)
 
 
-# Integrators.
+# This part of the module wraps heyoka's integrators.
 
 
 def order_of(bits: float) -> int:

@@ -35,8 +35,9 @@ from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.precision import Precision
 
 GUARD_BITS = 16
-_BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
-# Shorter steps show a singularity [s]: a Taylor step is a fixed fraction of the distance to it.
+_BREAK_BITS = 6  # the rounding of its end shortens a step by at most 2^-6 of its length
+# Minimum length of a step [s]. A Taylor step is a fixed fraction of the distance to the nearest
+# singularity, so a shorter step indicates that a singularity is near.
 _MIN_STEP = 2.0**-30
 LEAST_TRAIL = 0.02
 """Mechanical trail, in radii of the front wheel, below which the regular form is used."""
@@ -138,7 +139,8 @@ def _integrate(
     while breaks[-1] < end:
         t = breaks[-1]
         adaptive.begin(native.from_integer(0, 0), [native.from_integer(x, grid) for x in state])
-        # Steady motions need a limit, because their natural step is infinite.
+        # The natural step of a steady motion is infinite, so the step is limited to the rest of the
+        # run.
         rest = native.from_integer((end - t).numerator, (end - t).denominator.bit_length() - 1)
         step = adaptive.step(rest)
         natural = step.length
@@ -177,8 +179,8 @@ def _adaptive(
         raise InputError(
             f"found tolerance {tolerance:g}, expected between {2.0**-precision.bits / 64:g} and 1"
         )
-    # No optimisation for MPFR: a step spends its time in MPFR itself. Optimising would take a
-    # second, five times as long as compiling, and change no digit.
+    # Code for MPFR is not optimised, because a step spends its time in MPFR itself. Optimising
+    # would take a second, five times as long as compiling, and change no digit.
     return TaylorIntegrator(
         right_hand_side(bicycle, precision, is_regular=is_regular),
         [native.from_integer(x, grid) for x in state],
@@ -199,7 +201,8 @@ def _piece(
         out, power = [x0], 1
         for order, c in enumerate(row[1:], start=1):
             power *= h.numerator
-            # c h^order 2^grid, rounded; for a step longer than 1 s the conversion keeps more bits.
+            # Integer nearest to c h^order 2^grid. If a step is longer than 1 s, the conversion
+            # keeps more bits.
             shift = grid + max(power.bit_length() - order * halvings, 0)
             scaled = native.to_integer(c, shift) * power
             drop = shift - grid + order * halvings
@@ -239,7 +242,7 @@ class _Watch:
             "the rolling conditions of the wheels become dependent": abs(o.den),
         }
         if self.is_regular:
-            # These variables end here, not the motion; see `rear_rates`.
+            # The motion can go on here; only these variables fail to describe it. See `rear_rates`.
             turn = "roll and steer rate no longer give the turn rate"
             candidates[turn] = abs(turn_divisor(o))
         what = min(candidates, key=candidates.__getitem__)

@@ -316,7 +316,8 @@ class Evaluator:
 
     def _across(self, t: flint.arb) -> list[flint.arb]:
         run, low, high = self.trajectory, -upper_fraction(-t), upper_fraction(t)
-        # Evaluate each piece on its own part of the time, because its bounds are valid only there.
+        # Evaluate each piece only on its own time interval, because its bounds are valid only
+        # there.
         parts = [
             self.state(span_ball(max(low, run.breaks[i]), min(high, run.breaks[i + 1])), i)
             for i in range(run.piece_at(low), run.piece_at(high) + 1)

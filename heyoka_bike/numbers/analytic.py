@@ -40,7 +40,8 @@ class AtPoints(Balls):
         return self.elementary("atan", y / x)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # Starting from an array of zeros would cost as much as another term.
+        # Sum the terms themselves: adding them to an array of zeros would cost as much as one more
+        # term.
         return sum(terms)
 
 
@@ -77,7 +78,8 @@ class Samples(AtPoints):
                 flint.arb_mat([[x[j * k % count] for j in range(half + 1)] for k in range(count)])
                 for x in (cos, sin)
             )
-            # Each end of the half circle counts once, every other point also for its conjugate.
+            # Each end of the half circle counts once. Every other point counts twice: for itself
+            # and for its complex conjugate.
             shares = [flint.arb(1 if j % half == 0 else 2) / count for j in range(half + 1)]
             self._mean = flint.arb_mat(
                 [
@@ -223,7 +225,8 @@ class Rim(Balls):
         return Value(each(flint.acb.atan, ratio), self)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # Starting from an array of zeros would cost as much as another term.
+        # Sum the terms themselves: adding them to an array of zeros would cost as much as one more
+        # term.
         return sum(terms)
 
 

@@ -98,7 +98,8 @@ def fundamental(
 
     def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
         sizes = [norm(m, weights) for m in p]
-        # Orders len(a) - 1 and above of the products, which Y' and V' do not have.
+        # Terms of the products of order len(a) - 1 and higher, an order that Y' and V' do not
+        # reach.
         beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
         return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
 

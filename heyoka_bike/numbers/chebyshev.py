@@ -23,14 +23,15 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, Double, add, divide, fast_two_sum, split, two_sum
 
-# Number of values evaluated together: the data of one step stays in the processor's cache.
+# Number of values evaluated together. With this many, the data of one step stays in the processor's
+# cache.
 _POINTS_AT_ONCE = 8192
 
 
 def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
     """Return the index of the piece of each time; a break belongs to the piece on its right."""
     piece = np.searchsorted(breaks, t[0], side="right") - 1
-    # A time rounded up to a break may lie just before it.
+    # The high part of a time just before a break may equal the break.
     inside = np.clip(piece, 0, len(breaks) - 2)
     before = (t[0] == breaks[inside]) & (t[1] < 0)
     found: NDArray[np.intp] = np.clip(inside - before, 0, len(breaks) - 2)
@@ -100,7 +101,8 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
     return b1, b1_lo
 
 
-# Number of times evaluated together: their polynomials stay in the processor's cache.
+# Number of times evaluated together. With this many, their polynomials stay in the processor's
+# cache.
 _TIMES_AT_ONCE = 4096
 _SLICE = 21
 
@@ -136,7 +138,8 @@ def double_sums(breaks: Array, c: Double, t: Double) -> Double:
     """
     columns, count = len(c[0]), len(t[0])
     found = np.empty((columns, count)), np.empty((columns, count))
-    # Coefficients in units of the power of two above the largest of each column and piece.
+    # Scale the coefficients of each column and piece to the smallest power of two that is not below
+    # the largest of them.
     largest = np.max(np.abs(c[0]), axis=-1, keepdims=True)
     unit = np.exp2(np.ceil(np.log2(np.where(largest > 0, largest, 1.0))))
     slices = _slices((c[0] / unit, c[1] / unit))

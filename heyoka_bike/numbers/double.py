@@ -128,7 +128,7 @@ def root(x: Double) -> Double:
     r = np.sqrt(x[0])
     p, e = two_product(r, r)
     rest = (x[0] - p) - e + x[1]
-    # The root of zero is zero.
+    # The square root of zero is zero, so divide by one instead of by zero.
     return fast_two_sum(r, rest / np.where(r == 0, 1.0, 2 * r))
 
 
@@ -174,7 +174,7 @@ class Doubles:
         near = np.arctan2(self.hi, x.hi)
         angle = Doubles(near, np.zeros_like(near))
         sin, cos = _sin_cos(angle)
-        # The remaining angle is so small that it equals its sine.
+        # The remaining angle is so small that its sine equals it to working precision.
         rest = (self * cos - x * sin) / (x * cos + self * sin)
         return Doubles(*fast_two_sum(near, rest.hi))
 
@@ -193,7 +193,7 @@ def _sin_cos(angle: Doubles) -> tuple[Doubles, Doubles]:
         sin = sin * square + Doubles.of(Fraction(-sign, factorial(n - 1)))
     sin, less = sin * x, -(cos * square)
     for _ in range(_HALVINGS_OF_ARGUMENT):
-        # Double the angle with 1 - cos, which keeps its digits if the cosine is near one.
+        # Double the angle by means of 1 - cos, which remains accurate where the cosine is near one.
         double = sin * (one - less)
         sin, less = double + double, (sin * sin) + (sin * sin)
     cos = one - less

@@ -25,7 +25,7 @@ from heyoka_bike.numbers.exact import Exact
 class Dual(Differentiated):
     """A number with its derivatives with respect to some variables."""
 
-    # Without this, an array times a dual number would be an array of dual numbers, not a dual
+    # Without this, an array times a dual number would be an array of dual numbers instead of a dual
     # number of arrays.
     __array_ufunc__: ClassVar[None] = None
 
@@ -160,8 +160,8 @@ class Traced:
 
     __slots__ = ("place", "sources", "value")
 
-    # Without this, an array times a traced number would be an array of traced numbers, not a traced
-    # number of arrays.
+    # Without this, an array times a traced number would be an array of traced numbers instead of a
+    # traced number of arrays.
     __array_ufunc__: ClassVar[None] = None
 
     def __init__(self, value: Number, *sources: tuple[Traced, Share]) -> None:

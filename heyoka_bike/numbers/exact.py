@@ -21,7 +21,7 @@ from math import pi
 
 from heyoka_bike.errors import InputError, quoted
 
-# A number or pi, not followed by a letter, a digit or a point.
+# Pattern of a number or pi that is not followed by a letter, a digit or a point.
 _PATTERN_OF_NUMBER = re.compile(
     r"(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|pi)(?![0-9A-Za-z_.])"
 )
@@ -31,12 +31,13 @@ _OPERATIONS_OF_EXACT: Mapping[type, Callable[..., Exact]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.Div: operator.truediv, ast.UAdd: operator.pos, ast.USub: operator.neg,
 }  # fmt: skip
-# Python can be configured to refuse integers of more than 640 digits.
+# Maximum length of a formula [characters], and the bound on integers. Python can be configured to
+# refuse integers of more than 640 digits.
 _MAX_LENGTH = 600
 _MAX_INTEGER = 10**640
 _MAX_BRACKETS = 50
 _MAX_EXPONENT = 400
-# Range in which binary64 has full precision.
+# Range of magnitudes in which binary64 has full precision.
 _SMALLEST, _LARGEST_MAGNITUDE = Fraction(1, 10**300), Fraction(10**300)
 _EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 
@@ -280,6 +281,7 @@ def _around_pi(bits: int) -> tuple[Fraction, Fraction]:
             k += 2
         return total
 
-    # Fewer than `bits` divisions lose less than one unit each, and the formula multiplies it by 20.
+    # Fewer than `bits` divisions lose less than one unit each, and the formula multiplies this
+    # error by 20.
     near, slack = 4 * (4 * arctan_of_inverse(5) - arctan_of_inverse(239)), 40 * (bits + 16)
     return Fraction(near - slack, one), Fraction(near + slack, one)

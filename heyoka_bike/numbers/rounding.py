@@ -115,7 +115,8 @@ def decided_digits(x: Enclosure, digits: int) -> tuple[str, bool]:
     if text is not None:
         return text, True
     middle, width = (x.low + x.high) / 2, x.high - x.low
-    # Half a unit for the rounding of the midpoint, and half a width for the enclosure.
+    # The error of the written number is at most half a unit from rounding the midpoint, plus half
+    # the width of the enclosure.
     last = _exponent_above(width)
     if middle:
         last = max(last, _exponent_above(abs(middle)) - digits + 1)

@@ -52,10 +52,10 @@ UNITS: Mapping[str, _Size] = {
     "knot": _size("1852/3600", *_OF_SPEED),
     "kgf": _size("9.80665", *_OF_FORCE),
     "lbf": _size("4.4482216152605", *_OF_FORCE),
-    # The thermochemical calorie, as in UDUNITS; that of the steam tables is 0.07 % larger.
+    # The thermochemical calorie, as in UDUNITS. The calorie of the steam tables is 0.07 % larger.
     "cal": _size("4.184", *_OF_ENERGY),
     "kcal": _size("4184", *_OF_ENERGY),
-    # The International Table value (ISO 80000-5).
+    # The International Table value of the British thermal unit (ISO 80000-5).
     "BTU": _size("1055.05585262", *_OF_ENERGY),
     "erg": _size("1e-7", *_OF_ENERGY),
     "eV": _size("1.602176634e-19", *_OF_ENERGY),

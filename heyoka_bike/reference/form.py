@@ -25,11 +25,11 @@ from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import Manifest, hdf5_version
 from heyoka_bike.reference.structure import ROWS_APART, STATED
 
-# Tolerance of sensitivities: three multiples of 2^-50 of their scale, which is rounded up to a
-# power of two.
+# Tolerance of sensitivities: three times 2^-50 of their scale. The scale is rounded up to a power
+# of two.
 _GRID = 3 * 2.0**-50
 
-# Roundoff of evaluating 24 coefficients in binary64, relative to the largest.
+# Roundoff of evaluating 24 coefficients in binary64, relative to the largest coefficient.
 _ROUNDOFF_OF_CHEBYSHEV = 2.0**-47
 
 STATES_OF_FORM = {
@@ -149,7 +149,7 @@ def _columns(
     """Yield problems of a group of columns; an older dataset may lack some of the layout."""
     breaks = "breaks" if name == layout.SENSITIVITIES else "dense/breaks"
     if name == layout.MOTION and _is_older(group) and "dense" in group:
-        # Before 1.3.0 some columns of a dataset have rows only.
+        # Before version 1.3.0, datasets contain only the rows of some columns, and no dense output.
         dense, stored = declared.groups["dense"], set(group["dense"])
         there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
         if there != dense.datasets:
@@ -232,7 +232,7 @@ def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
             yield f"{dataset.name}: axis {axis} does not have the scale {group[scale].name}"
-    # No proof recomputes the indices.
+    # The proof does not recompute the indices, so they are checked here.
     if item.kind == hdf5.INDEX and not np.array_equal(dataset[:], np.arange(dataset.size)):
         yield f"{dataset.name}: found other numbers than 0, 1, 2, ..."
     if e.has_proof:

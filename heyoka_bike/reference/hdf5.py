@@ -130,8 +130,8 @@ def opened(raw: bytes, *, is_known: bool = False) -> h5py.File:
     DatasetError
         An object is not stored in the file itself, or unpacks to more than a dataset may contain.
     """
-    # An image avoids a Python file object, which HDF5 would access on closing, after Python has
-    # ended.
+    # Open an image of the file in memory. HDF5 would access a Python file object on closing, when
+    # Python may have ended.
     f = h5py.File(h5py.h5f.open_file_image(raw))
     digest = b"" if is_known else hashlib.sha256(raw).digest()
     if not is_known and digest not in _looked_through:
@@ -167,7 +167,8 @@ def _look_through(f: h5py.File, most: int) -> None:
         refuse_many_texts(group, inside)
         for name in group:
             where, count = _shown(inside + name), count + 1
-            # HDF5 looks up a name with a slash as a path, through any link on it.
+            # HDF5 looks up a name that contains a slash as a path, and follows any link on this
+            # path.
             if b"/" in name or group.links.get_info(name).type != h5py.h5l.TYPE_HARD:
                 raise DatasetError(f"{where} is a link, expected numbers stored in this file")
             item = h5py.h5o.open(group, name)
@@ -259,7 +260,8 @@ def why_unsafe(
         return f"is compressed by filter {others[0]} of HDF5, expected gzip"
     if len({*codes}) < len(codes):
         return "is compressed twice by the same filter"
-    # These filters read the unpacked size from their own parameters.
+    # These filters read the unpacked size from their own parameters, which may differ from the size
+    # of the chunk.
     if any(code in _SIZED and values[2] != entries for code, _, values, _ in used):
         return "is compressed with the size of another chunk"
     if _unpacks_to_more(dataset, codes, max(chunk, _USUAL_CHUNK)):
@@ -423,8 +425,8 @@ def render(layout: Group, data: Mapping[str, Any]) -> bytes:
 
 
 # HDF5 places numbers in the file when their dataset is closed, and attributes when they are
-# created. The published bytes depend on this order: a dataset of columns is closed when the next
-# dataset of its shape is created, and an axis together with the group whose scale it is.
+# created. The published bytes depend on this order. A dataset of columns is closed when the next
+# dataset of its shape is created. An axis is closed together with the group whose scale it is.
 
 
 def _write_group(

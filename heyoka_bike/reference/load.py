@@ -62,7 +62,7 @@ def as_double(t: Time | object) -> Double:
         exact = np.asarray(t)
         if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
             return _plain(exact), np.zeros(exact.shape)
-        # Mixed lists keep their members unchanged.
+        # NumPy keeps the members of a mixed list unchanged in an array of objects.
         exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
     except ValueError:
         raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
@@ -107,7 +107,7 @@ def _plain(x: object) -> Array:
 
 _log = logging.getLogger(__name__)
 
-# The last polynomials may be continued by this fraction of their piece.
+# Polynomials may be continued beyond the last piece by its length divided by this number.
 _PARTS_OF_PIECE = 100
 NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 """Columns that every dataset must have."""
@@ -154,7 +154,8 @@ class ReferenceManeuver(Displayed):
         try:
             is_stored = name in self.rows.hi or name not in self.at_any_time
         except TypeError:
-            is_stored = True  # invalid keys are rejected there
+            # Always true here, because invalid keys are rejected where rows are looked up.
+            is_stored = True
         return self.rows[name] if is_stored else self._at_rows([name])[name]
 
     @property
@@ -280,7 +281,7 @@ class ReferenceManeuver(Displayed):
 
     def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
         """Return the maneuver with the columns of another file, which has equal rows."""
-        # Datasets are read when they are used, and a chain reads none.
+        # A dataset is read only when it is used, and a ChainMap reads none.
         rows = Values(
             *(
                 ChainMap(getattr(self.rows, part), getattr(other.rows, part))
@@ -297,7 +298,7 @@ class ReferenceManeuver(Displayed):
         self, evaluate: Callable[[Dense, Double, Sequence[str]], Values], t: Double,
         names: Sequence[str],
     ) -> Values:  # fmt: skip
-        """Return columns, each from the pieces that contain it, or from the rows at their times."""
+        """Return columns at some times: the rows if the times are theirs, else dense output."""
         if np.array_equal(t[0], self.time) and np.array_equal(t[1], self.time_lo):
             return self._at_rows(names)
 
@@ -489,8 +490,8 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     return reference
 
 
-# Loaded references by folder and hash of the manifest. Reusing them keeps the computed columns,
-# which take longer than reading.
+# Loaded references by folder and hash of the manifest. They are kept because computing their
+# columns takes longer than reading the files.
 _loaded: dict[tuple[Path, str], Reference] = {}
 _MOST_LOADED = 2
 

@@ -66,7 +66,8 @@ _LEAST_TRAIL = 0.1
 """Below this trail, in radii of the front wheel, the regular form is used, because its proof is
 faster: a third of the time at a trail of 0.05, a quarter at 0.03. From 0.1 on it is only slower."""
 
-_SHORT, _LONG = 10, 90  # [s], report the time from `_SHORT` on, and in minutes from `_LONG` on
+# [s], durations from which the time is reported, and from which it is reported in minutes.
+_SHORT, _LONG = 10, 90
 
 Fail = Callable[[Path, Exception], None]
 

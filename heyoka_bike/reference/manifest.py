@@ -216,7 +216,7 @@ def problem_of_form(raw: bytes) -> str:
     document = json.loads(raw)
     expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
     if "performance_limits" in document and document["dataset_version"] == CUSTOM:
-        # Only manifests of maneuvers that are judged by eq. (1) have limits.
+        # Only the manifests of maneuvers that eq. (1) judges have limits.
         expected.insert(-1, "performance_limits")
     names = [str(f["file"]) for f in document.get("files", ())]
     if list(document) != expected:
@@ -307,7 +307,8 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
     try:
         path = _inside(folder, name)
         found = path.stat().st_size
-        # A file of another length is not read; `read_regular` rejects one that is not regular.
+        # A file is not read if its length differs from the manifest. `read_regular` rejects
+        # anything but a regular file.
         is_read = found == size or not path.is_file()
         data = read_regular(path, size) if is_read else b""
     except FileNotFoundError:

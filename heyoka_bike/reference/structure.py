@@ -118,7 +118,7 @@ def _rows(columns: Sequence[Column], rows: int, stored: Mapping[str, Any]) -> It
             LOW: (", low part", f"exact value minus {c.name}, rounded", (rows,)),
             BOUND: (_CERTIFIED, bound, (rows,)),
         }
-        # Values that are not enclosed are NaN, and count as not decided.
+        # A value without an enclosure is NaN, and counts as not decided.
         has_nan = c.name + UNDECIDED in stored
         yield from _column(c, parts, ("time",), more, has_nan=has_nan)
     for c in columns:

@@ -49,22 +49,24 @@ constant."""
 MOST_SAMPLED = 4001
 """Rows per maneuver that suffice to distinguish columns, units and maneuvers."""
 
-# An error (in scales) above which a column does not show which quantity it is.
+# Relative error (in scales) above which the values of a column do not show its quantity.
 MEANINGLESS_ERROR = 0.5
-# Larger values are read as NaN: a product of two of them overflows, and no program means them.
-# Values below the inverse of this limit are read as zero, because their products underflow.
+# Values above this limit are read as NaN, because a product of two of them would overflow and no
+# program means them. Values below the inverse of the limit are read as zero, because their products
+# underflow.
 _LARGEST_VALUE = 1e150
-# Factors by which times are larger in these units than in seconds.
+# Number of each of these units in a second.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-# Larger units of time [s].
+# Units of time that are larger than a second [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
 # Fraction of the reference's duration that times must span for their unit to be recognised.
 _SHORTEST_RUN = 0.1
-# Distance from the named maneuver, in scales, above which other maneuvers and orders are tried.
+# Distance from the named maneuver, in scales, above which other maneuvers and other orders of the
+# columns are tried.
 _FAR_FROM_MANEUVER = 1.0 / CLEARLY
-# Times that begin later than this many durations of the run are those of a clock.
+# Times that begin later than this many durations of the run were read from a clock.
 _LONG_AGO = 1e5
-# Seconds since 1970 that are from the years 2001 to 2096, and the units in which clocks count.
+# Range of the seconds since 1970 in the years 2001 to 2096, and the units in which clocks count.
 _TODAY = (1e9, 4e9)
 _UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
 
@@ -209,7 +211,7 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
         return alignments[0]
     files = [a.file for a in alignments]
     formats = list(dict.fromkeys(f.format for f in files))
-    # All arrays have the same name, which is given once.
+    # All files that are arrays have the same name, so this name is listed once.
     paths = (
         dict.fromkeys(f.path for f in files) if formats == ["array"] else [f.path for f in files]
     )
@@ -310,7 +312,8 @@ def _with_meanings(results: Results, reference: Reference) -> Results:
         return results
     taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
     known = reference[1].definitions.keys() - taken
-    # Distance of each column from each meaning that no unambiguous column has.
+    # Distance of each ambiguous column from each of its possible meanings that no unambiguous
+    # column has.
     far = {
         key: {
             k: _distance_from_meaning(results, reference, key, k)
@@ -319,7 +322,8 @@ def _with_meanings(results: Results, reference: Reference) -> Results:
         }
         for key, keys in open_.items()
     }
-    # The first of equally near combinations: the meanings that the names suggest.
+    # If several combinations are equally near, take the first of them: its meanings are those that
+    # the names suggest.
     best = min(
         (c for c in product(*far.values()) if len(set(c)) == len(c)),
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
@@ -353,8 +357,8 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     """Mark the speed as the rate of a wheel [rad/s] if its values fit that clearly better."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
-    # A wheel's rate that is read as km/h is off by 7 % only: 1 rad/s of a wheel with a radius of
-    # 0.3 m is 1.08 km/h.
+    # If a wheel's rate in rad/s is read as a speed in km/h, the error is only 7 %: a wheel with a
+    # radius of 0.3 m that turns at 1 rad/s rolls at 1.08 km/h.
     if own <= MEANINGLESS_ERROR / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
@@ -380,7 +384,8 @@ def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Ev
     }
     numbers |= {i: x.maneuver for i, x in found.items() if not x.rivals}
     guessed: dict[int, Evidence] = {}
-    # The blocks with the fewest rivals are the surest, so they come first.
+    # Begin with the blocks that have the fewest other possible maneuvers, because their maneuver is
+    # the most certain.
     for i in sorted(found.keys() - numbers.keys(), key=lambda i: len(found[i].rivals)):
         possible = [found[i].maneuver, *found[i].rivals]
         free = [n for n in possible if n not in numbers.values()] or possible
@@ -400,13 +405,14 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
         The rows are far from every maneuver.
     """
     parts = {number: _rows_within_run(rows, number, reference[number])[0] for number in reference}
-    # A maneuver counts only if most rows lie within its run.
+    # A maneuver is considered only if most rows lie within its run.
     telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
     found = recognised(telling)
     if found is None or found.apart[found.maneuver] >= _FAR_FROM_MANEUVER:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
         moved = {n: renamed(parts[n], order) for n, order in orders.items()}
-        # A clock may have run before the motion.
+        # The program's clock may have run before the motion began, so also try times that count
+        # from the first row.
         began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
         others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
@@ -508,7 +514,8 @@ def _distance(part: Part) -> float:
 def _column_distance(part: Part, key: str, values: Array, expected: Array) -> float | None:
     """Return the distance of values from a column, in scales; None if nothing can be compared."""
     good = np.isfinite(values) & np.isfinite(expected)
-    # Heights and normal forces hardly vary: only their variation distinguishes maneuvers.
+    # Heights and normal forces hardly vary, so their variation, not their size, distinguishes the
+    # maneuvers.
     rows = part.reference[key]
     scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
     if not good.any() or not scale:
@@ -519,7 +526,8 @@ def _column_distance(part: Part, key: str, values: Array, expected: Array) -> fl
     if key in FREE_ZERO:
         off -= off[:, :1]
     nearest = float(np.min(median(np.abs(off))))
-    # Limit the distance to between the resolution of binary64 and 1, which means no resemblance.
+    # Limit the relative distance to the range from the resolution of binary64 to 1. A distance of 1
+    # means no resemblance.
     return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
 
@@ -536,7 +544,7 @@ def _rows_within_run(
         ends = float(left_out.min()), float(left_out.max())
         seen.append(RowsOutside(len(left_out), *ends, end, _likely_smaller_unit(hi, end)))
 
-    # Do not copy a long file needlessly.
+    # If all rows are kept, do not copy them, because the file may be long.
     kept = rows if keep.all() else rows.at(keep)
     values = dict(kept.values)
     for key, written in kept.values.items():
@@ -579,7 +587,7 @@ def _change_over_rate(part: Part, kind: str) -> float:
     time, size = part.time[good], np.abs(rate[good])
     off = size - np.abs(part.reference.approximate(time, keys[1:])[keys[1]])
     if median(np.abs(off)) < _FAR_FROM_MANEUVER * part.reference.scale(keys[1]):
-        # The rate is right at the times as written, so the angle is in another unit.
+        # The rate is right at the times as written. So the angle is in a wrong unit, not the time.
         return 0.0
     added = float(np.sum(np.diff(time) * (size[1:] + size[:-1]) / 2))
     change = float(np.sum(np.abs(np.diff(angle[good]))))
@@ -609,7 +617,7 @@ def _likely_smaller_unit(times: Array, end: float) -> str | None:
     """Return the smaller unit that the times may have; None if few are late or no unit fits."""
     # Count late times instead of averaging: the mean of times near the largest double overflows.
     most_are_late = 2 * int((times > end).sum()) > len(times)
-    # In the unit, the last time must be between a tenth of the run and its end.
+    # If the unit is right, the last time is between a tenth of the run and its end.
     parts = {unit: float(np.max(times)) / (size * end) for unit, size in _SMALLER_UNITS.items()}
     fitting = (unit for unit, part in parts.items() if _SHORTEST_RUN <= part <= 1 + SUMMED)
     return next(fitting, None) if most_are_late else None

@@ -75,15 +75,16 @@ from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 # allow, for runs from a quarter of a second to ten seconds, see docs/measures.md.
 _INDEPENDENT_VALUES = 3
 _LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
-# In one file in a thousand, the first row or a whole maneuver is written differently from the rest.
+# Prior odds against an odd row. In one file in a thousand, the first row or a whole maneuver is
+# written differently from the other rows.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# The typical error leaves out one row in this many: those with the largest errors.
+# The typical error leaves out the rows with the largest errors: one row in this many.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
 """Largest relative error of a column that hardly varies, such as a speed, for its unit to be
 recognised. Units that are not tried, such as ft/s, may be within a tenth of one that is."""
-# Prior odds of an expected definition against any other.
+# Prior odds of an expected definition against any other definition.
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # Prior odds that a column has one of the known definitions.
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
@@ -192,7 +193,7 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
         if having:
             errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
             found[key] = _choose(key, [samples[i] for i in having], errors, found, starts)
-    # The kinetic energy has no free zero, so it shows the unit best if no heading names one.
+    # The kinetic energy has a fixed zero, so it shows the unit best if no heading names one.
     energies = [key for key in _ENERGY_KEYS if key in found]
     if energies:
         found.update(_in_unit(found[energies[0]].unit, energies, found, samples))
@@ -240,7 +241,7 @@ class Sample:
             scale = part.reference.scale(key)
             written = float(median(part.spacing(key, values[good]))) / 2
             self.scale[key] = scale
-            # The resolution of binary64, see `ReferenceManeuver.approximate`.
+            # Resolution of binary64, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def start(self, key: str) -> float:
@@ -274,7 +275,7 @@ class Sample:
         smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))
         if key in self.at_start:
-            # Evidence of the first row against each candidate, as natural log odds.
+            # Evidence of the first row against each candidate definition, as natural log odds.
             against = np.clip(
                 np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _LOG_ODDS_AGAINST_ODD_ROW
             )
@@ -443,7 +444,8 @@ def _choose(
     likely = np.tile(before, len(ways)) + np.sum(
         [s.log_likelihoods(key, candidates) for s in samples], axis=0
     )
-    # A row for each unit and sign, a column for each definition; the first maximum is the default.
+    # Each row is a unit with a sign, and each column is a definition. argmax takes the first
+    # maximum, so the default wins ties.
     table = likely.reshape(len(ways), -1)
     way, row_assumed = int(np.argmax(table.max(axis=1))), ways.index(assumed)
     best = _with_free_zero(key, candidates[int(np.argmax(likely))], samples)
@@ -451,7 +453,8 @@ def _choose(
     if not _has_enough_rows(key, typical, samples):
         return replace(plain(key), unit=assumed[0], sign=assumed[1])
     if not _is_near(key, typical, samples):
-        # The motion is wrong: only a unit that the first row of another column shows is credible.
+        # The motion is wrong. A unit of this column is credible only if the first row of another
+        # column shows this unit.
         units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
         possible = [
             i for i, (unit, sign) in enumerate(ways) if unit in units and sign == assumed[1]
@@ -459,7 +462,8 @@ def _choose(
         way = max((row_assumed, *possible), key=lambda i: table[i].max())
     if float(table[way].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
         way = row_assumed
-    # A wrong motion may be nearest to any definition: errors below the motion's own are chance.
+    # A wrong motion may be nearest to any definition. Differences below the error of the motion are
+    # due to chance.
     of_way = [Understanding(c, *ways[way]) for c in columns]
     by_definition = before + np.sum(
         [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
@@ -469,11 +473,11 @@ def _choose(
     taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
-        # A constant, such as the speed of the linear equations, is nearest to the definition that
-        # varies the least, but this does not mean that it has this definition.
+        # A constant column, such as the speed in the linear equations, is nearest to the definition
+        # that varies the least. This does not indicate that the column has this definition.
         return replace(taken, column=columns[0])
     less = by_definition[chosen] - by_definition
-    # Claims rest on the values alone: prior odds in favour of the choice do not count.
+    # Claims are based on the values alone, so prior odds in favour of the choice do not count.
     shown = less - np.maximum(before[chosen] - before, 0.0)
     others = [i for i in range(len(columns)) if i != chosen]
     return replace(
@@ -574,7 +578,7 @@ def _with_odds_against_unknown(
     odds = _LOG_ODDS_OF_KNOWN
     for s in having:
         if _motion_error(s, found) >= TOLERANCE:
-            # A wrong motion shows nothing about the definition.
+            # A wrong motion does not show the definition.
             continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
@@ -609,8 +613,8 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     leader = next((key for key in ZEROED if key in found), None)
     if leader is None:
         return
-    # The kinetic energy shows the unit. Without it, another zero hides the unit, and only the
-    # variation of the potential energy shows it.
+    # The kinetic energy shows the unit. Without it, a different zero of the energy hides the unit,
+    # and only the variation of the potential energy shows it.
     known = found[leader].unit
     is_hidden = leader == ZEROED[0] and "kinetic_energy" not in found
     units = UNITS["J"] if is_hidden else (known,)
@@ -645,7 +649,8 @@ def _with_offset(
         errors = [
             e - s.error("kinetic_energy", kinetic) for e, s in zip(errors, having, strict=True)
         ]
-    # Take the maneuver in which the error is most constant, and its first row, the least disturbed.
+    # Choose the maneuver in which the error is most constant. Use its first row, because the errors
+    # of the motion are smallest there.
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
@@ -653,15 +658,16 @@ def _with_offset(
         min(_motion_error(s, before, ZEROED), _speed_error(s, before), _lateral_error(s, before))
         for s in having
     )
-    # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
+    # Zeros that programs choose (the height at the start, of the hubs, or of the centre of mass)
+    # are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = (
         is_far and (shows_height or off_by < TOLERANCE) and _has_enough_rows(key, left, having)
     )
-    # The remaining error must be smaller than the motion itself.
+    # The error that remains with the new zero must be smaller than the variation of the motion.
     is_zero &= all(t <= MEANINGLESS_ERROR * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
-    # The typical error must clearly fall in each maneuver.
+    # In each maneuver, the typical error must be clearly smaller with the new zero.
     fits = all(
         a / b >= CLEARLY
         for k, v in moved.items()

@@ -35,10 +35,10 @@ from heyoka_bike.scoring.units import factor, tried
 
 # Fraction of a turn by which rounding may widen the range of angles within one turn.
 _ROUNDING = 1e-3
-# Largest absolute value of an angle that is written within one turn [turns]: the benchmark's angles
-# may exceed the turn by a quarter.
+# Largest absolute value of an angle that is written within one turn [turns]. It is 1.25 because
+# angles of the benchmark may exceed one turn by a quarter.
 _MOST_TURNS = 1.25
-# Fewest rows that show the direction of a path.
+# Minimum number of rows that show the direction of a path.
 _FEWEST_ROWS_OF_PATH = 3
 _ANGLES = tuple(key for key, columns in COMPARED.items() if columns[0].unit == "rad")
 _PLACES = tuple(
@@ -124,7 +124,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
         turn = _turn(unit)
         one = float(turn)
         within = float(np.ptp(written)) <= (1 + _ROUNDING) * one
-        # An angle with a fixed zero also stays near that zero.
+        # An angle whose zero is fixed also stays near that zero.
         within &= key in FREE_ZERO or float(np.abs(written).max()) <= _MOST_TURNS * one
         is_beyond = key not in FREE_ZERO and bool(np.abs(written).min() > one / 2)
         if not within or not (is_beyond or np.abs(np.diff(written)).max() > one / 2):
@@ -217,7 +217,7 @@ def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | Non
             best = off, _Heading(float(np.angle(ratio)), is_left)
             scale = abs(ratio)
     assert best is not None
-    # The path is also compared as written, with any signs of its axes.
+    # Compare the path also as it is written, with either sign of each axis.
     as_written = min(
         _rms(np.abs(written - scale * (x * right.real + 1j * y * right.imag)))
         for x, y in product((1, -1), repeat=2)

@@ -62,7 +62,7 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
     largest = float(np.abs(error[worst]))
     relative = largest / scale if scale else None
     if largest == 0.0:
-        relative = 0.0  # even if the scale is zero
+        relative = 0.0  # also if the scale is zero, where the quotient would be NaN
     return Measures(
         max_abs_error=largest,
         time_of_max=float(t[worst]),
@@ -81,7 +81,8 @@ def rms(error: Array) -> float:
     largest = float(np.maximum.reduce(np.abs(error)))
     if largest == 0.0:
         return 0.0
-    # Ufuncs are faster than `np.mean`: choosing a definition needs hundreds of these.
+    # NumPy's ufuncs are faster than `np.mean`. Choosing a definition computes hundreds of these
+    # norms.
     return largest * sqrt(float(np.add.reduce(np.square(error / largest))) / len(error))
 
 
@@ -138,7 +139,8 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
         return None
     change = energy - energy[0]
     if rest is not None:
-        # If the rest matters, the energies are so close that their difference above is exact.
+        # If the low parts matter, the energies are so close together that their difference above is
+        # exact.
         change = change + (rest - rest[0])
     found = 100.0 * float(np.ptp(change)) / abs(float(energy[0]))
     return found if isfinite(found) else None
@@ -147,15 +149,16 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
 MAX_EXACT_VALUES = 100_000
 """Largest number of values that are always compared in hi + lo, and in one thread."""
 
-# Above these errors (in scales) the binary64 reference, or `evaluate_many`, is accurate enough.
+# Errors (in scales) above which the binary64 reference, and above which `evaluate_many`, is
+# accurate enough.
 _MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_BATCH = 1e-12, 1e-24
 _ROWS_AT_ONCE = 32_768
-# Rows that usually show that a column's values are no multiples of a power of ten, and the most
-# decimal places of such a power.
+# Number of rows that usually suffice to show that a column's values are not multiples of a power of
+# ten, and largest number of decimal places of such a power.
 _ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
-# In binary64, larger multiples cannot be distinguished from other numbers: quotients are accurate
-# to this many units in the last place.
+# Largest multiple that binary64 can distinguish from other numbers, and the error of quotients in
+# units in the last place.
 _LARGEST_MULTIPLE = 1e13
 _LAST_DIGITS = 8
 
@@ -237,10 +240,10 @@ def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
         spacing = quantum.at(values)
         is_rounded = _are_multiples(values, spacing) | ~is_finite
     elif key in part.lo:
-        # hi + lo has twice as many bits.
+        # A pair hi + lo has twice as many bits as binary64.
         spacing = spacing * np.finfo(np.float64).eps
     if key not in part.lo:
-        # A text may have more digits than the binary64 numbers that the program wrote.
+        # A text may show more digits than the binary64 numbers from which the program wrote it.
         spacing = np.maximum(spacing, np.spacing(np.abs(values if len(spacing) > 1 else largest)))
     common = _in_common(values[is_finite], float(largest[0]))
     spacing = np.where(spacing < common / 2, common, spacing)

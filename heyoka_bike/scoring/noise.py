@@ -13,8 +13,9 @@ from heyoka_bike.numbers.double import Array, median
 FEWEST_ROWS = 50
 """Fewest rows that show whether an error is noise: their autocorrelations scatter by a tenth."""
 
-# Fourth differences of white noise are larger than the noise by this factor: their weights are
-# 1, -4, 6, -4, 1. Their autocorrelations at lags of one and two rows scatter by 0.1.
+# `_GAIN` is the factor by which fourth differences of white noise exceed the noise: their weights
+# are 1, -4, 6, -4, 1. `_WHITE` and `_SCATTER` are their autocorrelations at lags of one and two
+# rows, and the scatter of these.
 _GAIN = 70**0.5
 _WHITE, _SCATTER = (-0.8, 0.4), 0.1
 
@@ -47,7 +48,7 @@ def roughness(error: Array, parts: int = 1) -> Roughness:
 
     With several parts, the medians ignore a transient at the start or an event.
     """
-    # Squares of the largest errors would overflow.
+    # Divide by the largest error, because the squares of large errors would overflow.
     largest = float(np.max(np.abs(error))) or 1.0
     each = np.array_split(np.diff(error / largest, 4) / _GAIN, parts)
     sizes, *at = np.array([(np.std(x), _correlation(x, 1), _correlation(x, 2)) for x in each]).T

@@ -41,22 +41,24 @@ FASTEST_MODE = 0.05
 """Time constant of the benchmark's fastest mode [s]: rows up to this time show the initial
 conditions, whatever the equations are."""
 
-# Largest relative difference of rows that are near a maneuver, beyond the rounding of their digits.
+# Largest relative difference between rows and a maneuver that they are near, in addition to the
+# rounding of their digits.
 NEAR = 0.01
-# First rows have given initial conditions if their relative difference is at most EXACT. They
-# surely do not if it is at least FAR: their values differ by a factor of 3. A mistake may turn a
-# speed of 4 m/s into 4.67 m/s.
+# First rows have given initial conditions if their relative difference from these is at most EXACT.
+# They surely have different ones if it is at least FAR, because the values then differ by a factor
+# of 3. A mistake may turn a speed of 4 m/s into 4.67 m/s, which is between the two limits.
 EXACT, FAR = TOLERANCE, 0.5
-# Largest number of rows of a span that are compared; more rows would show the same.
+# Maximum number of rows of a span that are compared. More rows would give no other result.
 MOST_ROWS_OF_SPAN = 16
-# Log odds of the unit that the heading names, or of the SI unit, against another unit. The sign and
-# the zero as written have the same odds against others.
+# Log odds of the unit that the heading names, or of the SI unit if it names none, against a
+# different unit. The sign and the zero as written have the same odds against a different sign and
+# zero.
 LOG_ODDS_AS_WRITTEN = log(5.0)
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
 
-# Columns whose values show the maneuver. The values of others, such as heights and normal forces,
-# are nearly the same in all maneuvers.
+# Columns whose values show the maneuver. The values of all other columns, such as heights and
+# normal forces, are nearly the same in all maneuvers.
 SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
 ROUNDOFF = 1e-15  # relative to the scale of a column
 
@@ -180,7 +182,8 @@ def factors(key: str, named: str | None, maneuver: ReferenceManeuver) -> Mapping
     """Return the factors to SI of the units in which a column may be written, by unit."""
     found = {unit: factor(unit)[0] for unit in tried(COMPARED[key][0].unit, named)}
     if key == "forward_speed":
-        # The speed may be a wheel's rate [rad/s]: the factor is the radius.
+        # The speed may be written as a wheel's rate [rad/s]. The factor between the two is the
+        # wheel's radius.
         found |= {name: float(Fraction(maneuver.parameters[name])) for name in ("rR", "rF")}
     return found
 
@@ -210,7 +213,7 @@ def _nearness(rows: Candidate) -> _Nearness:
             continue
         is_start = good & (time <= FASTEST_MODE)
         if key in RATE_OF and not maneuver[key][0]:
-            # An angle that starts at zero shows its rate in the next rows.
+            # An angle that is zero at the start shows its rate only in the rows that follow.
             is_start &= time > 0.0
         else:
             is_start &= np.cumsum(is_start) == 1
@@ -294,7 +297,7 @@ class _Compared:
             if not good.any():
                 logs.append(0.0)
                 continue
-            # Medians, so that a few bad rows do not decide.
+            # Use medians, because a few bad rows do not change them.
             whole = float(median(s[good]))
             logs.append(log(float(median(a[good])) / whole))
             largest = max(largest, float(median(b[good])) / whole)

@@ -265,6 +265,6 @@ def _columns_not_compared(
         return NeverFilledIn(never)
     lost = tuple(x for x in lost if x not in unfilled)
     without = {x for e in report.seen if isinstance(e, NoReference) for x in e.lost(())}
-    # A requirement on one column that the reference lacks has an outcome of its own.
+    # If the reference lacks the column of a requirement, this has an outcome of its own.
     lost = tuple(x for x in lost if r.column is None or x not in without)
     return LeftOut(lost) if lost else None

@@ -38,7 +38,7 @@ from heyoka_bike.scoring.scores import (
 )
 from heyoka_bike.scoring.verdict import meets_limit
 
-# Rounding a correct value once or twice changes it by up to this many times half its last digit.
+# Rounding a correct value once or twice changes it by at most this many times half its last digit.
 _ROUNDED = 2.0
 
 
@@ -117,7 +117,7 @@ def scored(
 
         from heyoka_bike.system.parallel import processors
 
-        # NumPy computes on long arrays outside the interpreter's lock.
+        # During operations on long arrays, NumPy releases the interpreter's lock.
         with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
     found = judged(
@@ -135,7 +135,8 @@ def scored(
 
 
 def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -> ManeuverScore:
-    # In the benchmark's order. Columns without a usable value have no interpretation.
+    # List the columns in the order of the benchmark. A column without a usable value has no
+    # interpretation.
     columns = tuple(
         _score_column(part, key, understood.get(key) or plain(key))
         for key in part.reference.definitions
@@ -190,7 +191,8 @@ def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float
     steps = np.diff(times)
     covered = float(steps[steps <= most_apart * (1 + SUMMED)].sum()) / duration
     gap = float(np.diff(times, prepend=0.0, append=duration).max())
-    # Because of rounding, summed steps may end slightly before or after the end.
+    # Steps that were added with rounding errors may end slightly before or after the end of the
+    # run.
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
@@ -250,13 +252,15 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
         last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))) / 2)
-        # With the right zero, errors of the motion begin at zero; errors of rounding are symmetric.
+        # If the zero is right, errors of the motion are zero in the first row, and rounding errors
+        # are symmetric about zero.
         amid, spread, reach = float(error[0]), float(np.ptp(error)) / 2, last_digit
         if spread <= _ROUNDED * last_digit:
             amid = float(np.max(error) + np.min(error)) / 2
             reach = max(last_digit - spread, 0.0)
         intervals.append((max(last_digit, spread), amid - reach, amid + reach))
-    # Intersect the intervals, beginning with the smallest errors; skip those that contradict.
+    # Intersect the intervals, beginning with the smallest errors. Skip intervals that contradict
+    # the previous ones.
     low, high = -np.inf, np.inf
     for _, least, most in sorted(intervals):
         if max(low, least) <= min(high, most):

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 class Scored(Displayed):
     """A report or a series, in every format that the command ``score`` writes."""
 
-    # The functions of `showing` accept only these two subclasses, hence the casts below.
+    # The functions of `showing` accept only the two subclasses of this class, hence the casts
+    # below.
     __slots__ = ()
     _view = "report"
 

@@ -426,7 +426,7 @@ class ManeuverScore(Displayed, IdentityMapping[str, ColumnScore]):
         for column in self.columns:
             if column.key == key:
                 return column
-        # Accept the names that files use, such as roll or phi.
+        # Also accept the names that files use for columns, such as roll or phi.
         meant = key_of(str(key))
         if meant is not None and meant != key and meant in list(self):
             return self[meant]

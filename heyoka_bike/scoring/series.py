@@ -100,9 +100,10 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     return files, numbers
 
 
-# If two observed orders of a column differ by more than this, its order has not settled.
+# Difference between two successive observed orders of a column above which its order has not
+# settled.
 _ORDERS_APART = 0.3
-# Errors that fall by less than this power of the step or tolerance count as constant.
+# Errors that fall less than this power of the step or tolerance count as constant.
 _LEAST_EXPONENT = 0.2
 
 
@@ -136,9 +137,9 @@ def _converge(
     extrapolated = None
     if coarse and fine and step and next_step and (order := round(orders[-1] or 0.0)) >= 1:
         e1, e2 = _errors_of_both(coarse, fine)
-        # A few common times would not represent the others.
+        # If fewer than half of the times are common, they do not represent the run.
         if 2 * len(e1) >= len(coarse.trace.time):
-            # The extrapolation is linear, so it can be applied to the errors directly.
+            # Richardson extrapolation is linear, so it can be applied to the errors directly.
             rest = e2 + (e2 - e1) / ((step / next_step) ** order - 1.0)
             extrapolated = float(np.max(np.abs(rest)))
     last = next(c for c in reversed(columns) if c is not None)
@@ -154,7 +155,7 @@ def _converge(
     )
 
 
-# A column of a run, and the step or tolerance of the run.
+# A column of a run, with the step or tolerance of that run.
 _OfRun = tuple[ColumnScore | None, float | None]
 
 
@@ -329,7 +330,8 @@ def side_by_side(
     every = [_Files(file, cpu=time, name=name) for file, time, name in named]
     merged = _merged(every, lambda one, group: one.name == group[0].name)
     programs = tuple(x.scored(reference, require) for x in merged)
-    # Programs differ in steps and digits: only their errors are compared.
+    # Different programs use different steps and write different digits, so only their errors are
+    # compared.
     errors = tuple(replace(c, floor=None) for c in converge(programs))
     seen: list[Evidence] = [*_maneuvers(programs), *_defined(programs)]
     if not errors:
@@ -500,7 +502,7 @@ def score_files(
     return _series(files, known, options, require)
 
 
-# Steps, tolerances and processor times of the files, by the name of the option.
+# Steps, tolerances and processor times of the files, by the name of the option that sets them.
 _Options = Mapping[str, Sequence[float | None] | None]
 
 
@@ -550,7 +552,8 @@ def _series(
 
     clearest = _clearest(understood)
     found, convergence = score_all(clearest)
-    # Definitions may differ by less than the errors of the runs: their extrapolation shows more.
+    # Two definitions may differ by less than the errors of the runs. The extrapolation of the runs
+    # distinguishes them better.
     better = _clearest([*understood, understand(_extrapolate(runs, convergence))])
     if any(u.column != clearest[key].column for key, u in better.items()):
         found, convergence = score_all(better)

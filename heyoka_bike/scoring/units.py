@@ -61,7 +61,7 @@ def unit_told_by(ratio: float, si: str, taken: str, within: float) -> str | None
     """
     found = (u for u in UNITS[si] if u != taken)
     times = factor(taken)[0]
-    # Zeros have no unit.
+    # If all values are zero, they do not show a unit.
     if not ratio:
         return None
     return next((u for u in found if abs(times / factor(u)[0] / ratio - 1.0) < within), None)

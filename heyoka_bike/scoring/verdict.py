@@ -94,12 +94,15 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     if total is None:
         apart = 0.0
     elif apart is not None and apart <= explained:
-        # If the parts are written more coarsely than the limit, their sum shows nothing.
+        # If the parts of the energy are written more coarsely than the limit, their sum shows
+        # nothing.
         apart = 0.0 if 100 * rounding <= limit * scale else None
-    # An error that rounding explains does not show that the energy differs from the exact one.
+    # Only the part of the error that rounding does not explain shows that the energy differs from
+    # the exact energy.
     true_error = (total and total.unexplained) or 0.0
     if total and "potential_energy" not in columns:
-        # Without the potential energy, any constant could be explained by another zero.
+        # Without the potential energy, a constant error of the mechanical energy could be due to a
+        # different zero.
         true_error += abs(total.as_understood.offset)
     return performance(
         m.performance,

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 _MOST_ROWS_SHOWN = 10
 _MOST_COLUMNS, _COLUMNS_AMONG_OTHERS = 9, 8
-_DIGITS_SHOWN = 10  # significant digits of a value in a table of several times
+_DIGITS_SHOWN = 10  # number of significant digits of a value in a table of several times
 _UNIT_OF_COLUMN = {c.name: c.unit for columns in COMPARED.values() for c in columns}
 _OF_MANEUVERS = (
     "maneuver", "name", "speed [m/s]", "roll rate [rad/s]", "ends at [s]", "rows", "columns",
 )  # fmt: skip
-_TIMES_SHOWN = 6  # number of states shown for a trajectory
+_TIMES_SHOWN = 6  # maximum number of states shown for a trajectory
 
 
 def text(shown: Any, view: str) -> str:

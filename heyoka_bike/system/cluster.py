@@ -18,7 +18,7 @@ from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
 from heyoka_bike.system.log import complain
 from heyoka_bike.system.machine import versions
 
-_TIMEOUT = 5  # of connecting to a scheduler and of closing the connection [s]
+_TIMEOUT = 5  # [s], limit for connecting to a scheduler, and for closing the connection
 _ERRORS_OF_LOSS = ("FutureCancelledError", "FuturesCancelledError", "CommClosedError")
 """Names of the errors in calls of Dask after the connection to the scheduler is lost."""
 
@@ -34,7 +34,7 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
     """
     said = "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
     distributed: Any = required("distributed", said)
-    # Silence the loggers of distributed: the error below replaces their many lines.
+    # The error below replaces the many lines that the loggers of distributed would print.
     for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     given = {"scheduler_file": address} if Path(address).is_file() else {"address": address}

@@ -119,6 +119,6 @@ def _progress(*view: ProgressColumn, **options: Any) -> Progress:
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    # rich before version 15 writes an empty line even if no bars are drawn.
+    # Versions of rich before 15 write an empty line even if they draw no bars.
     console.quiet = not console.is_terminal
     return Progress(*view, console=console, disable=console.quiet, **options)

@@ -27,7 +27,8 @@ def open_regular(path: str | PathLike[str]) -> BufferedReader:
         The file cannot be opened, or is a folder, a pipe, a socket or a device.
     """
     _refuse_irregular(os.stat(path).st_mode, path)
-    # The file may have been replaced meanwhile, so it is opened without waiting and checked again.
+    # Open the file without waiting, and check again that it is regular, because it may have been
+    # replaced since the first check.
     number = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
     try:
         _refuse_irregular(os.fstat(number).st_mode, path)
@@ -47,7 +48,7 @@ def read_regular(path: str | PathLike[str], most: int) -> bytes:
     """
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
-        # Files of the kernel report a size of zero.
+        # Files of the kernel, such as those in /proc, report a size of zero.
         data = file.read(most + 1) if size <= most else b""
     if max(size, len(data)) > most:
         raise OSError(errno.EFBIG, f"it is longer than {most} bytes", str(path))

@@ -34,12 +34,12 @@ OnStage = Callable[[str, float], None]
 reporting: ContextVar[OnStage] = ContextVar("reporting", default=lambda stage, t: None)
 """Receiver of a job's progress; an executor that can forward progress sets it in its workers."""
 
-_INTERVAL = 0.1  # [s]
+_INTERVAL = 0.1  # [s], minimum time between two reports of progress in the same stage
 
 _TRIES = 3
-_SECONDS_BETWEEN_LOOKS = 0.05  # [s]
-# Maximum size of a message from a process with limits, and of a file that it writes [bytes]. A
-# report of all columns has some hundred kB, a replay at most 3 MB.
+_SECONDS_BETWEEN_LOOKS = 0.05  # [s], time between two checks for a message from the process
+# Maximum size of a message from a process with limits, and of a file that such a process writes
+# [bytes]. A report of all columns has some hundred kB, a replay at most 3 MB.
 _LONGEST_MESSAGE = 1 << 16
 _LARGEST_FILE = 100_000_000
 _log = logging.getLogger(__name__)
@@ -164,7 +164,7 @@ class ProcessLimits:
             "RLIMIT_CORE": 0,
         }
         for name, bound in bounds.items():
-            # macOS lacks some of these limits and rejects others; the parent still limits the
+            # macOS lacks some of these limits and rejects others. Even there the parent limits the
             # elapsed time.
             with suppress(ImportError, AttributeError, OSError, ValueError):
                 import resource
@@ -201,8 +201,8 @@ class ProcessExecutor(Executor):
         self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
     ) -> None:
         if getattr(current_process(), "_inheriting", False):
-            # This process still runs the script that started it, and would start others that do the
-            # same.
+            # This process is still running the script that started it, so it would start further
+            # processes that do the same.
             os._exit(1)
         forks = bool(preload) and "forkserver" in get_all_start_methods()
         self._context: Any = get_context("forkserver" if forks else "spawn")
@@ -316,7 +316,7 @@ class _Worker:
         if hasattr(os, "killpg") and hasattr(signal, "SIGKILL"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-        # Systems without this signal have terminate(), which ends the process just as surely.
+        # Windows lacks SIGKILL, but its terminate() ends the process just as surely.
         (self._process.kill if hasattr(signal, "SIGKILL") else self._process.terminate)()
         self._process.join()
         self._process.close()
@@ -328,7 +328,7 @@ def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
     # A keyboard interrupt reaches all processes, but only the parent handles it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
-        # A session of its own, so that processes started here end with this one.
+        # Start a new session, because ending it also ends the processes that this process starts.
         os.setsid()
     if limits is None:
         Thread(target=_end_with_parent, daemon=True).start()
@@ -355,7 +355,7 @@ def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
         try:
             pipe.send_bytes(answer)
         except OSError:
-            # The parent is gone, and nobody waits for the answer.
+            # The parent process has ended, so nobody waits for the answer.
             return
 
 

@@ -36,7 +36,7 @@ def shown(level: str) -> Iterator[None]:
         raise InputError(f"{VARIABLE}: {unknown_word(level, list(_LEVELS))}")
     logger = logging.getLogger(_LOGGER_NAME)
     before, given = logger.level, os.environ.get(VARIABLE)
-    # Processes started inside the block inherit the variable.
+    # Processes that are started inside the block inherit this environment variable.
     os.environ[VARIABLE] = level
     handler = _Printed()
     logger.addHandler(handler)

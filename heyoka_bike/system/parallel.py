@@ -29,11 +29,11 @@ Progress = Callable[[str, str, float], None]
 WAITING = "waiting"
 """Stage of a motion before any of its jobs has started."""
 
-_SECONDS_BETWEEN_LOOKS = 0.1  # [s]
+_SECONDS_BETWEEN_LOOKS = 0.1  # [s], time between two checks of whether a job is done
 _log = logging.getLogger(__name__)
 _one_at_a_time = Lock()
 
-# An executor, or the number of processes of this machine.
+# The executor chosen by the caller, or the number of processes on this machine.
 _chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
 
 
@@ -212,8 +212,8 @@ class _Schedule:
         self.names: set[str] = set()
         self.waiting: list[Job] = []
         self.running: dict[Future[Outcome], Job] = {}
-        # An interrupt inside `concurrent.futures.wait` would leave futures locked, so a queue is
-        # used.
+        # A queue is used because an interrupt inside `concurrent.futures.wait` would leave futures
+        # locked.
         self.done: SimpleQueue[Future[Outcome]] = SimpleQueue()
         self.outcomes: dict[Job, Outcome] = {}
         self.add(jobs)
@@ -242,7 +242,8 @@ class _Schedule:
                 _log.info("%s: not started, because a job that it needs has failed", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
-                # An executor that runs calls at once has ended this job before the next one starts.
+                # An executor that runs each call at once has completed this job before the next one
+                # starts.
                 return
 
     def submit(self, executor: Executor, job: Job) -> Future[Outcome]:
@@ -283,7 +284,7 @@ class _Schedule:
             )
             outcome = Outcome(None, error=WorkerLostError(said))
         except WorkerLostError:
-            # Without workers for this job there are none for any other.
+            # If no worker could be started for this job, none can be started for another job.
             raise
         except Exception as e:
             e.add_note(f"in {job.words}")

@@ -32,10 +32,10 @@ _ENOUGH = {
     "columns": "a number of columns such as 5",
     "coverage": "a fraction of the run such as 0.3",
 }
-# Enough digits of a hash to distinguish datasets at a glance.
+# Number of digits shown of a dataset's hash. With these, datasets can be distinguished at a glance.
 _HASH_SHOWN = 12
-# A diagnosis takes about ten seconds. A code usually has the same mistake in all its tests, and a
-# run with a hundred failing tests must end.
+# Maximum number of diagnoses in a test run. A diagnosis takes about ten seconds, and a run with a
+# hundred failing tests must end. A code usually has the same mistake in all of its tests.
 _MOST_DIAGNOSES = 3
 
 
@@ -75,10 +75,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
         ("scd", "N", "correct digits that bicycle_score(...).require() requires by default"),
-        ("columns", "N", "number of columns, out of eight, that suffices unless a test sets it "
-         "(default: all)"),
-        ("coverage", "X", "fraction of the run that suffices unless a test sets it (default: the "
-         "whole run)"),
+        ("columns", "N", "least number of the eight columns that must be compared, unless a test "
+         "sets it (default: all)"),
+        ("coverage", "X", "least fraction of the run that the rows must cover, unless a test sets "
+         "it (default: the whole run)"),
         ("reference", "DIR", "folder of the reference dataset (default: the published one)"),
         ("diagnose", "WHEN", "'auto' adds the likely mistake to the first three failures, about "
          "ten seconds each; 'never' does not (default: auto)"),
@@ -97,7 +97,7 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"{when_from}: found {when!r}, expected {' or '.join(_DIAGNOSE)}")
     reference = None
     if folder:
-        # A path in a file is relative to that file, not to the working directory.
+        # A path in a settings file is relative to that file, not to the working directory.
         is_option = folder_from.startswith("--")
         base = config.invocation_params.dir if is_option else config.rootpath
         reference = base / Path(folder).expanduser()
@@ -175,7 +175,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, ob
         try:
             _marked(item)
         except InputError as e:
-            # With pytest-xdist, a usage error in a worker would not be shown.
+            # If this were a usage error, pytest-xdist would not show it when it occurs in a worker.
             raise collector.CollectError(f"{item.nodeid}: @pytest.mark.{_MARKER}: {e}") from None
     return made
 
@@ -249,7 +249,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
     """
     item, settings = request.node, request.config.stash[_SETTINGS]
     scores: list[Score] = []
-    # Scores of this run of the test, which may be run again.
+    # Keep only the scores of the present run of the test, because a test may be run again.
     item.stash[_SCORES] = scores
 
     def bicycle_score(

@@ -24,11 +24,14 @@ from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Par
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.wording import column_text, finding_text, number_text, verdict_text
 
-# Metrics for which larger is better; smaller is better for all others.
+# Metrics for which larger values are better. For all other metrics smaller values are better.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
-# Number of findings shown: the explanation of a file, or the lack of one and the error's shape.
+# Maximum number of findings of the diagnosis shown for a failed test. If a cause was found, the
+# first explains the failure. Otherwise they are that no cause was found, and the shape of the
+# error.
 _FINDINGS_SHOWN = 2
-# pytest adds nothing before the lines, and terminals have at least 80 columns, mostly more.
+# Width of the lines of a failure [characters]. Terminals have at least 80 columns, and usually
+# more; pytest does not indent the lines.
 _WIDTH_OF_FAILURE = 96
 _LABEL = 17
 
@@ -93,7 +96,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
     found = RequirementSpec(maneuver, column, limits)
-    # Any limit serves to check whether the column is known.
+    # If no limit is given, an arbitrary one serves to check whether the column is known.
     for text in found.texts() or RequirementSpec(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)
@@ -121,15 +124,16 @@ class Score:
 
     _report: Report
     _reference: Reference
-    # Requirements of the test's markers, for a call without any. Then the required digits if the
-    # markers have no number; None if not set.
+    # Requirements of the test's markers, for a call without requirements. Then the required digits
+    # for markers without a number; None if not set.
     _marked: tuple[RequirementSpec, ...]
     _scd: float | None
-    # Returns the reason for not diagnosing a failure; an empty text if it is to be diagnosed.
+    # Function that returns the reason not to diagnose a failure, and an empty text if the failure
+    # is to be diagnosed.
     _may_diagnose: Callable[[], str]
-    # Called with the message of a failure.
+    # Function that is called with the message of a failure.
     _fail: Callable[[str], NoReturn]
-    # Required columns and coverage of the run from the settings, by metric.
+    # Minimum number of columns and minimum coverage of the run, from the settings, by metric.
     _enough: Mapping[str, float] = field(default_factory=dict)
     is_checked: bool = False
     is_read: bool = False
@@ -210,8 +214,8 @@ class Score:
             return (f"none: {reason}",)
         try:
             with warnings.catch_warnings():
-                # The test is about wrong results; warnings of the diagnosis must not change its
-                # outcome.
+                # The outcome of the test depends on the results alone, so ignore warnings of the
+                # diagnosis.
                 warnings.simplefilter("ignore")
                 found = diagnosed(self._report, self._reference)
         except BicycleError as e:
@@ -219,7 +223,7 @@ class Score:
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
         said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
-        # The sentence that a search was stopped early comes last.
+        # The last sentence states that the search was stopped early.
         return tuple(
             finding_text.sentences((*said, *(more[-1:] if found.is_stopped_early else ())))
         )
@@ -281,7 +285,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
     for i, (label, text) in enumerate(entries):
-        # A label also applies to the lines below it.
+        # If the next line has the same label, the label is not repeated.
         lines.append(_entry("" if i and label == labels[i - 1] else label, text))
     return "\n".join(lines)
 

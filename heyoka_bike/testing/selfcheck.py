@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 1
 """Version of the JSON report."""
 
-# Packages, and their purpose.
+# The required packages, each with its purpose.
 _REQUIRED_PACKAGES = {
     "numpy": "everything",
     "h5py": "everything",
@@ -30,7 +30,8 @@ _REQUIRED_PACKAGES = {
     "rich": "progress on the screen",
     "threadpoolctl": "diagnose",
 }
-# The extra `generate`; without it everything except integration works.
+# Packages of the extra `generate`, each with its purpose. Without them everything but integration
+# works.
 _INTEGRATE = {
     "heyoka": "generate, bench, atlas, verify --rerun, all of diagnose",
     "llvmlite": "simulate, Ensemble, bench",
@@ -175,7 +176,7 @@ def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision:
     try:
         found = agreement(part, Precision.of(precision), lambda stage, t: None)
     except InputError as e:
-        # Some builds of heyoka lack a number format.
+        # Some builds of heyoka do not support every number format.
         return Check(f"run_{precision}", None, "", f"not made: {e}", {"values": 0})
     worst = min(found.candidate, key=found.candidate.__getitem__)
     message = (

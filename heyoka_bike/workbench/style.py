@@ -54,7 +54,7 @@ _STYLE = {
     "ytick.labelsize": 8,
 }
 _DPI = 200
-# Omit date and version, so that the same dataset gives the same file.
+# The metadata omit the date and the version, so that the same dataset gives the same file.
 _METADATA: Mapping[str, Mapping[str, None]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},

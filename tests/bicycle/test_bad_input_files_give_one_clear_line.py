@@ -14,7 +14,7 @@ from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import Exact
 
-# Each test takes milliseconds; the timeout is for hangs, not for slow machines.
+# Each test takes milliseconds. The timeout only ends tests that hang, not tests on slow machines.
 pytestmark = pytest.mark.timeout(60)
 
 BICYCLE = """\
@@ -68,9 +68,10 @@ spacing = "0.01"
 
 NUMBER = "expected a decimal number or an expression"
 
-# Old text, new text, and the beginning of the message after the name of the file.
+# Each case: the old text, the new text, and the beginning of the message after the name of the
+# file.
 BICYCLES = [
-    # Missing, unknown, given twice
+    # Entries that are missing, unknown or given twice
     ('w = "1.02"\n', "", "parameters: found no entry 'w', expected one (wheel base)"),
     ('IFyy = "0.28"\n', "", "parameters: found no entry 'IFyy', expected one (axial"),
     ('name = "test bicycle"\n', "", "found no name of the bicycle, expected name ="),
@@ -93,7 +94,7 @@ BICYCLES = [
     ('IFyy = "0.28"\n', "[parameters]\n", "28:12: found '[parameters]', expected valid TOML"),
     ('value = "85"', 'value = "85", value = "86"',
      "13:34: found 'mB = { value = \"85\", value = \"86\", unit"),
-    # Not a number
+    # Texts that are not numbers
     ('"1.02"', '"one"', "parameters.w: found 'one', expected a decimal number or an"),
     ('"1.02"', '""', "parameters.w: found '', expected a decimal number or an"),
     ('"1.02"', '"1,02"', "parameters.w: found '1,02', expected a decimal number or an"),
@@ -127,21 +128,21 @@ BICYCLES = [
     ('"pi/10"', '"pi*pi"', "parameters.lam: found 'pi*pi', a product of pi and pi, expected"),
     ('"pi/10"', '"1/pi"', "parameters.lam: found '1/pi', a division by pi, expected an"),
     ('"1.02"', '"pi/3"', "parameters.w: found 1.0471975511966, expected a number"),
-    # Control characters and line ends in what was found
+    # Control characters and line ends, which the message must escape
     ('"1.02"', '"1\\n2"', "parameters.w: found '1\\n2', expected a decimal number or an"),
     ('"1.02"', '"\\u001b[31m1"', "parameters.w: found '\\x1b[31m1', expected a decimal number or"),
     ('"1.02"', '"\\u202e1"', "parameters.w: found '\\u202e1', expected a decimal number or"),
     ('"1.02"', '"""\n1.02\n"""', "parameters.w: found '1.02\\n', expected a decimal number or an"),
     ('w = "1.02"', '"w\\n" = "1.02"', "parameters: found unknown entry 'w\\n', expected 'w' or"),
     ('w = "1.02"', f'{"w" * 1000} = "1.02"', "parameters: found unknown entry"),
-    # Units
+    # Wrong units
     ('unit = "kg"', 'unit = "lb"', "parameters.mB: found unit 'lb', expected 'kg'"),
     ('unit = "kg"', "unit = 1", "parameters.mB: found an integer as unit, expected 'kg'"),
     ('unit = "kg"', 'unit = ["kg"]', "parameters.mB: found a list as unit, expected 'kg'"),
     ('unit = "kg"', 'unit = "k\\ng"', "parameters.mB: found unit 'k\\ng', expected 'kg'"),
     ('unit = "kg"', "source = 5",
      "parameters.mB.source: found an integer, expected one line of text, at"),
-    # Outside the model
+    # Values outside the range of the model
     ('"85"', '"-85"',
      "parameters.mB (mass of the rear frame with rider): found -85 kg, expected zero or more"),
     ('"0.3"', '"0"',
@@ -164,7 +165,7 @@ BICYCLES = [
     ('"-0.00756"', '"-0.0756"', "parameters.IHxz: found -0.0756 kg m^2, expected at most the"),
     (BICYCLE, BICYCLE.replace('mH = "4"', "mH = 0").replace('mF = "3"', "mF = 0"),
      "parameters.mF: found 0 kg, as for mH, expected a front"),
-    # TOML
+    # Invalid TOML
     ('"1.02"', "", "3:5: found 'w =', expected valid TOML (Invalid value)"),
     ('"1.02"', "1.02 m", "3:10: found 'w = 1.02 m', expected valid TOML"),
     ('"1.02"', "1,02", "3:6: found 'w = 1,02', expected valid TOML (Expected"),
@@ -383,7 +384,8 @@ def test_a_file_we_may_not_read(read, tmp_path, monkeypatch):
     path = _written(tmp_path, BICYCLE)
     path.chmod(0)
     if os.access(path, os.R_OK):
-        # The superuser may read every file, so the test raises the system's error.
+        # The superuser may read every file, so the test itself raises the error of the operating
+        # system.
         def refuse(*args, **kwargs):
             raise PermissionError(13, "Permission denied")
 

@@ -22,7 +22,8 @@ def test_rates_of_the_angles_and_of_the_spin(seed):
     few, reg = few_products(k, a, few_product_state(k, a, state)), regular(k, a, state)
     scale = max(abs(x) for x in reg)
     for i in (0, 1, 2, 5):
-        # 50 digits, less some for division by a small mechanical trail and for cancellation.
+        # The values have 50 digits, less some for cancellation and for the division by a small
+        # mechanical trail.
         assert abs(few[i] - reg[i]) < scale * a.context.mpf("1e-46")
 
 
@@ -36,8 +37,8 @@ def test_accelerations_of_roll_and_steer(seed):
     )
     expected = regular(k, a, state)[3:5]
     for x, y in zip(found, expected, strict=True):
-        # The difference quotient has an error of 1e-70 of a third derivative (see
-        # on_the_floor.STEP), which is up to about 1e6 times the first.
+        # The difference quotient has an error of 1e-70 times the third derivative (see
+        # on_the_floor.STEP). The third derivative is at most about 1e6 times the first derivative.
         assert abs(x - y) < (1 + abs(y)) * a.context.mpf("1e-60")
 
 

@@ -120,7 +120,8 @@ def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
     k = constants(bicycle, a)
     rng = random.Random(7)
     for _ in range(10):
-        # Dyadic states, exact in every format; off the contact constraint, which does not matter.
+        # The states are dyadic fractions, which are exact in every format. They violate the contact
+        # constraint, which does not matter for the formulas.
         exact = [Fraction(rng.randrange(-40, 41), 128) for _ in range(5)] + [Fraction(12)]
         inputs = [native.from_integer(x.numerator, x.denominator.bit_length() - 1) for x in exact]
         found = compiled(np.array(inputs, dtype=native.type))
@@ -128,9 +129,9 @@ def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
         for name, x, t in zip(state_names(is_regular), found, truth, strict=True):
             as_mp = a.context.mpf(native.to_integer(x, 400 if p.bits > 64 else 200))
             difference = a.context.ldexp(as_mp, -(400 if p.bits > 64 else 200)) - t
-            # A few hundred operations, with some cancellation: 2^12 units of 2^-p. A constant that
-            # passed through binary64 has an error of 2^-53, far more at every precision except
-            # binary64.
+            # The limit of 2^12 units of 2^-p allows for a few hundred operations with some
+            # cancellation. A constant that passed through binary64 has an error of 2^-53, which is
+            # far larger at every precision except binary64.
             assert abs(difference) < 2**12 * a.context.mpf(2) ** -p.bits * (1 + abs(t)), name
 
 

@@ -36,7 +36,8 @@ def _expected(speed):
 def test_eigenvalues_to_30_digits(linear, speed):
     found = linear.eigenvalues(Fraction(speed))
     for root, (real, imaginary) in zip(found, _expected(speed), strict=True):
-        # Both are rounded to 30 digits: equal text, without the zeros at its end.
+        # Both numbers are rounded to 30 digits, so their texts are equal. `nstr` removes trailing
+        # zeros.
         assert mpmath.nstr(root.real, 30) == mpmath.nstr(mpmath.mpf(real), 30)
         assert mpmath.nstr(root.imag, 30) == mpmath.nstr(mpmath.mpf(imaginary), 30)
 
@@ -67,18 +68,20 @@ def test_double_root_is_found_twice(linear):
     expected = mpmath.mpf(anchor["double_root_eigenvalue"]["exact"])
     near = [z for z in roots if abs(mpmath.mpc(z) - expected) < 0.1]
     assert len(near) == 2
-    # The speed has 30 digits; the roots part as the square root of the distance in speed.
+    # The speed is rounded to 30 digits. Near the double root, the distance of the two roots is the
+    # square root of the error in speed.
     assert all(abs(mpmath.mpc(z) - expected) < 1e-14 for z in near)
 
 
 def test_weave_pair_is_on_the_imaginary_axis(linear):
     ((speed, frequency),) = linear.weave_speeds
     upper = max(linear.eigenvalues(speed), key=lambda z: z.imag)
-    # The speed is rounded to 30 digits; the pair moves with a few units per m/s.
+    # The speed is rounded to 30 digits, and the pair of roots moves by a few units per m/s.
     assert abs(upper.real) < 1e-28
     assert abs(upper.imag - frequency) < 1e-28
 
 
 def test_capsize_root_is_zero(linear):
     (speed,) = linear.capsize_speeds
-    assert min(abs(z) for z in linear.eigenvalues(speed)) < 1e-28  # As for weave.
+    # The speed is rounded to 30 digits, and the root moves by at most a few units per m/s.
+    assert min(abs(z) for z in linear.eigenvalues(speed)) < 1e-28

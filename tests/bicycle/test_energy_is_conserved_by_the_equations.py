@@ -33,10 +33,11 @@ def test_energy(form, seed, lean, turn):
         return [e.potential, e.kinetic]
 
     potential_rate, kinetic_rate = along(a, rates, state, both)
-    # The exchange between the two energies is not small, so its cancellation is a test.
+    # Potential and kinetic energy exchange much power, so the test shows whether the two rates
+    # cancel.
     assert abs(potential_rate) > 1e-2
-    # The difference quotient has an error of 1e-70 of a third derivative (see on_the_floor.STEP),
-    # which is up to about 1e6 times the first.
+    # The difference quotient has an error of 1e-70 times the third derivative (see
+    # on_the_floor.STEP). The third derivative is at most about 1e6 times the first derivative.
     scale = abs(potential_rate) + abs(kinetic_rate) + sum(both(state))
     assert abs(potential_rate + kinetic_rate) < scale * a.context.mpf("1e-60")
 

@@ -31,7 +31,7 @@ from support.two_models import (
 
 BENCHMARK = read_bicycle(benchmark_bicycle())
 DIGITS = 80
-# 80 digits, less some for cancellation and a small mechanical trail.
+# The values have 80 digits, less some for cancellation and for a small mechanical trail.
 TOLERANCE = "1e-60"
 BALLS = Balls(400)
 ORACLE_BALLS = vectors.Balls(100)
@@ -98,7 +98,8 @@ def _working_precision() -> Iterator[None]:
 def compare(pairs: Pairs, seed: int) -> None:
     limit = flint.arb(TOLERANCE)
     for name, (found, expected) in pairs.items():
-        # Balls compare as less only if that is certain, and never if one is NaN.
+        # A comparison of balls is true only if it is certain. It is false if one of the balls is
+        # NaN.
         assert abs(found - expected) <= limit * abs(expected), f"{name}, seed {seed}"
 
 
@@ -109,7 +110,7 @@ def compare_all(case: Case) -> None:
     compare(from_the_columns(both), case.seed)
 
 
-# An error in any term shows at almost every state, so these states are enough.
+# An error in any term shows in almost every state, so a few states are enough.
 def test_at_20_random_states_of_the_benchmark() -> None:
     for seed in range(20):
         compare_all(Case.random(seed))

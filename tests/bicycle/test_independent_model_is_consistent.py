@@ -23,8 +23,8 @@ from oracles.vectors import Multiprecision
 BICYCLE = read_bicycle(benchmark_bicycle())
 DIGITS = 70
 STEP = Fraction(1, 10**25)
-# The central difference has an error of the step squared times a third derivative below 1e6, plus
-# the rounding divided by the step.
+# The central difference has an error of the squared step times a third derivative below 1e6, plus
+# the rounding error divided by the step.
 DIFFERENCE_TOLERANCE = "1e-40"
 
 
@@ -103,7 +103,8 @@ def difference_errors(state: State) -> dict[str, Any]:
         "front wheel": rate(lambda m: m.front_wheel_rate) - now.front_wheel_acc,
         "hub height rate": rate(lambda m: m.rear_hub_position[2]) - v[2],
         "hub height": rate(lambda m: m.rear_hub_velocity[2]) - now.rear_hub_acceleration[2],
-        # The states are at zero yaw: the velocity's components turn with the bicycle.
+        # The yaw is zero in these states, but the components of the velocity turn with the bicycle,
+        # hence the terms with the yaw rate.
         "hub forward": rate(lambda m: m.rear_hub_velocity[0])
         - now.yaw_rate * v[1]
         - now.rear_hub_acceleration[0],
@@ -124,7 +125,7 @@ def test_accelerations_are_derivatives_and_energy_is_conserved(state: State) -> 
 
 @pytest.mark.parametrize("state", STATES, ids=lambda s: f"roll {float(s.roll)}")
 def test_joints_and_floor_do_no_work(state: State) -> None:
-    # The powers are some hundred watts.
+    # The powers that cancel are some hundred watts each.
     assert abs(motion(state).power_residual) < flint.arb("1e-65")
 
 

@@ -123,9 +123,10 @@ def start_misses(motion: Motion, maneuver: int) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("anchors", "count", "tolerance"),
     [
-        # Printed with 13 decimals from binary64 computations; inputs and outputs agree to this.
+        # These values were printed with 13 decimals from binary64 computations. Inputs and outputs
+        # agree with each other to this accuracy.
         pytest.param(PRINTED, 20, "2e-12", id="as printed"),
-        # The same state made consistent, with at least 24 decimals.
+        # In this case the same state was made consistent, with at least 24 decimals.
         pytest.param(CONSISTENT, 16, "1e-22", id="consistent"),
     ],
 )
@@ -139,7 +140,7 @@ def test_the_state_of_basu_mandal(anchors: dict[str, Any], count: int, tolerance
 @START
 def test_accelerations_at_the_start_of_a_maneuver(maneuver: int) -> None:
     for name, miss in start_misses(at_start(maneuver), maneuver).items():
-        # 24 digits or more.
+        # The published values have at least 24 digits.
         assert miss < flint.arb("1e-23"), name
 
 
@@ -147,18 +148,18 @@ def test_accelerations_at_the_start_of_a_maneuver(maneuver: int) -> None:
 def test_energies_at_the_start_of_a_maneuver(maneuver: int) -> None:
     motion, expected = at_start(maneuver), ANCHORS["initial_energies"]
     assert distance(motion.potential_energy, expected["potential"]) < flint.arb("1e-35")
-    # Half a unit of the last printed digit.
+    # The tolerance is half a unit of the last printed digit.
     assert distance(motion.kinetic_energy, expected["kinetic"][maneuver]) < flint.arb("5e-27")
 
 
 def test_normal_forces_upright_at_rest() -> None:
-    # Printed in SymBRiM, tests/test_bicycle/test_whipple_bicycle.py.
+    # These values are printed in SymBRiM, tests/test_bicycle/test_whipple_bicycle.py.
     motion = move(BICYCLE, 0, None, 0, roll_rate=0, steer_rate=0, speed=0, digits=DIGITS)
     rear, front = motion.rear_contact, motion.front_contact
     assert distance(rear.normal, "612.836470588236") < flint.arb("1e-12")
     assert distance(front.normal, "309.303529411765") < flint.arb("1e-12")
 
-    # The lever rule about the rear contact, in fractions.
+    # The lever rule about the rear contact point gives the normal forces as fractions.
     p = {symbol: x.rational for symbol, x in BICYCLE.values.items()}
     total = p["g"] * (p["mR"] + p["mB"] + p["mH"] + p["mF"])
     on_front = p["g"] * (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"]
@@ -222,7 +223,7 @@ def test_a_wrong_sign_misses_the_published_state(
 ) -> None:
     if breakage is not None:
         breakage(monkeypatch)
-    # At least 1e10 times the tolerance above.
+    # A wrong sign causes an error of at least 1e10 times the tolerance above.
     assert max(misses(basu_mandal_state(bicycle), PRINTED).values()) > flint.arb("0.1")
 
 

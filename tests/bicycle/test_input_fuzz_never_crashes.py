@@ -9,7 +9,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
-# The timeout is for hangs, not for slow machines.
+# The timeout only ends tests that hang, not tests on slow machines.
 pytestmark = pytest.mark.timeout(300)
 
 SHIPPED = {
@@ -18,7 +18,7 @@ SHIPPED = {
 }
 READERS = pytest.mark.parametrize("read", list(SHIPPED), ids=lambda read: read.__name__)
 
-# Text that may confuse a reader of TOML or of numbers, inserted anywhere.
+# Pieces of text that may confuse a reader of TOML or of numbers; they are inserted anywhere.
 PIECES = st.one_of(
     st.sampled_from(
         [
@@ -60,7 +60,7 @@ def damaged(draw, good, at_most):
     return raw
 
 
-# A value in the TOML file: any TOML value, and mainly numbers.
+# Values for the TOML file: any value that TOML allows, but mainly numbers.
 VALUES = st.one_of(
     st.text(max_size=30),
     st.text("0123456789.+-*/()e pi", max_size=30),
@@ -113,7 +113,7 @@ def _read_or_refused(read, path, raw):
     if error.line is not None:
         lines = raw.decode("utf-8-sig", "replace").replace("\r\n", "\n").split("\n")
         assert 1 <= error.line <= len(lines)
-        # The end of the line is a place too.
+        # An error may also be reported at the end of the line, one column after its last character.
         assert 1 <= error.column <= len(lines[error.line - 1]) + 1
 
 

@@ -33,7 +33,7 @@ def test_a_bicycle_in_workshop_units_is_the_same(tmp_path, bicycle):
     path = tmp_path / "mine.toml"
     path.write_text(written(bicycle), encoding="utf-8")
     assert read_bicycle(path).values == bicycle.values
-    # 18 degrees are pi/10.
+    # The file contains 18 degrees, which are pi/10.
     assert read_bicycle(path)["lam"] == Exact(Fraction(0), Fraction(1, 10))
 
 

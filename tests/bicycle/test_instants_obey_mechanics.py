@@ -31,7 +31,7 @@ def given(table):
 
 
 def test_there_are_a_hundred_states_by_a_fixed_rule(states):
-    import states as rule  # in docs/_site
+    import states as rule  # the module is in docs/_site
 
     assert len(states) >= 100
     assert rule.FILE.read_text(encoding="utf-8") == rule.text()
@@ -91,7 +91,8 @@ def neighbours(bicycle, table, given):
 
 
 def test_rates_are_those_of_neighbouring_states(table, neighbours):
-    # Every velocity and acceleration is the derivative of a position, an angle or a rate.
+    # Each pair consists of a velocity or acceleration and the position, angle or rate that it is
+    # the derivative of.
     after, before, moment = neighbours
     pairs = {
         "pitch": "pitch_rate",
@@ -106,7 +107,8 @@ def test_rates_are_those_of_neighbouring_states(table, neighbours):
         change = (after[name] - before[name]) / moment
         np.testing.assert_allclose(change, table[rate], rtol=1e-6, atol=1e-6, err_msg=name)
     energy = (after["mechanical_energy"] - before["mechanical_energy"]) / moment
-    # The states lie on a straight line, so h^2 times a third derivative of 1e5 remains.
+    # The states lie on a straight line in time, so only h^2 times a third derivative of 1e5
+    # remains.
     np.testing.assert_allclose(energy, 0, atol=1e-5)
 
 
@@ -131,7 +133,7 @@ def test_momenta_change_by_the_forces_of_the_floor(table, neighbours):
     for name, expected in (("momentum", force), ("angular_momentum", torque)):
         for axis, x in zip("xyz", expected, strict=True):
             change = (after[f"{name}_{axis}"] - before[f"{name}_{axis}"]) / moment
-            # Forces and torques are up to 1e5 N and N m.
+            # The tolerances allow for forces and torques of up to 1e5 N and N m.
             np.testing.assert_allclose(change, x, rtol=1e-6, atol=1e-4, err_msg=f"{name} {axis}")
 
 
@@ -189,7 +191,8 @@ def test_a_state_is_a_maneuver_to_go_on_from(states):
 
 @pytest.mark.parametrize("name", ["two-mass-skate", "adversarial/zero-mechanical-trail", ""])
 def test_other_bicycles_have_all_that_is_defined(bicycle, states, name):
-    # The last bicycle floats: it does not press on the floor, and at rest two eigenvalues are zero.
+    # The last bicycle (empty name) is without gravity. It does not press on the floor, and at rest
+    # two of its eigenvalues are zero.
     other = (
         read_bicycle(find_input("bicycles", name))
         if name

@@ -31,6 +31,7 @@ def test_accelerations(bicycle, i):
         for entry, printed in zip(found, expected, strict=True):
             assert {power for power, x in entry.items() if x} == set(printed)
             for power, text in printed.items():
-                # One unit of the last of SymPy's 15 printed digits: it works with no more.
+                # The tolerance is one unit of the last of SymPy's 15 printed digits, because SymPy
+                # computed with 15 digits only.
                 unit = mpmath.mpf(10) ** -len(text.partition(".")[2])
                 assert abs(entry[power] - mpmath.mpf(text)) < unit

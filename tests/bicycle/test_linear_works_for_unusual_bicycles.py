@@ -25,7 +25,7 @@ from heyoka_bike.system.resources import benchmark_bicycle
 SKATES = dict.fromkeys(("mR", "IRxx", "IRyy", "mF", "IFxx", "IFyy"), "0")
 POINT_B = dict.fromkeys(("IBxx", "IByy", "IBzz", "IBxz"), "0")
 POINT_H = dict.fromkeys(("IHxx", "IHyy", "IHzz", "IHxz"), "0")
-# No spin, trail or tilt, and a front assembly balanced about the steer axis.
+# A bicycle without spin, trail or tilt, whose front assembly is balanced about the steer axis.
 DECOUPLED = dict.fromkeys(("c", "lam", "IRyy", "IFyy", "IHxz"), "0") | {"xH": "1.02"}
 BICYCLES = {
     "benchmark": {},
@@ -58,7 +58,8 @@ def _bicycle(case):
     benchmark = read_bicycle(benchmark_bicycle())
     if isinstance(case, str):
         return benchmark.replace(**{k: Exact.parse(v) for k, v in BICYCLES[case].items()})
-    # Each value 0.25 to 2 times the benchmark's, so that inertia matrices stay possible.
+    # Each value is 0.25 to 2 times that of the benchmark, so that the inertia matrices stay
+    # physically possible.
     rng = random.Random(case)
     factors = {s: Fraction(rng.randrange(250, 2000), 1000) for s in PARAMETERS}
     for body in "BH":
@@ -123,8 +124,8 @@ def test_matrices_are_those_of_the_closed_form(case):
         for i in (0, 1):
             for j in (0, 1):
                 x, y = mpmath.mpf(getattr(found, name)[i][j]), mpmath.mpf(expected[i][j])
-                # Rounded to 30 digits; zeros to the 75 digits of the computation, less 15 for
-                # rounding.
+                # The matrices are rounded to 30 digits. Their zeros are accurate to the 75 digits
+                # of the computation, less 15 for rounding.
                 assert abs(x - y) <= mpmath.mpf("6e-30") * abs(y) + mpmath.mpf("1e-60")
 
 
@@ -146,7 +147,7 @@ def test_nothing_is_missing_at_2_m_per_s(case):
         slopes = [(u - v) / (2 * step) for u, v in difference][3:5]
         for i in (0, 1):
             forces = [m[i, 0] * slopes[0], m[i, 1] * slopes[1], column[i]]
-            # The matrices have 40 digits, the differences 45 to 55.
+            # The matrices have 40 digits, and the differences have 45 to 55 digits.
             assert abs(sum(forces)) < 1e-37 * (1 + sum(abs(f) for f in forces))
 
 
@@ -161,7 +162,8 @@ def test_dual_numbers_differentiate_the_accelerations_of_a_turning_bicycle():
     for i in range(6):
         ahead, behind = ([x + s * step * (i == j) for j, x in enumerate(point)] for s in (1, -1))
         sides = zip(regular(k, a, ahead), regular(k, a, behind), strict=True)
-        # Central differences: step^2 times a third derivative of up to 1e5, rounding 1e-52.
+        # Central differences have an error of step^2 times a third derivative of up to 1e5. Their
+        # rounding error is 1e-52.
         for (u, v), rate in zip(sides, found, strict=True):
             slope = rate.slopes[i] if isinstance(rate, Dual) else 0
             assert abs((u - v) / (2 * step) - slope) < 1e-43
@@ -192,13 +194,15 @@ def test_critical_speeds_agree_with_the_eigenvalues(case):
     size = max(abs(linear.g), 1)
     for speed, frequency in linear.weave_speeds:
         upper = [abs(z - mpmath.mpc(0, frequency)) for z in linear.eigenvalues(speed)]
-        # 25 of the 30 digits remain: 5 are for the slope of the eigenvalue over speed.
+        # The critical speed has 30 digits. The eigenvalue loses 5 of them because it changes with
+        # speed.
         assert min(upper) < 1e-25 * size
     for speed in linear.capsize_speeds:
         assert min(abs(z) for z in linear.eigenvalues(speed)) < 1e-25 * size
     for speed, value in linear.double_roots:
         apart = sorted(abs(z - mpmath.mpf(value)) for z in linear.eigenvalues(speed))
-        # Half of 30 digits, as two eigenvalues part with the square root of the speed.
+        # Near a double root, two eigenvalues part with the square root of the error in speed. So
+        # half of the 30 digits remain.
         assert apart[1] < 1e-12 * size
 
 
@@ -263,7 +267,7 @@ def test_critical_speeds_are_proportional_to_the_root_of_gravity():
     ours = [*sum(usual.weave_speeds + usual.double_roots, ()), *usual.capsize_speeds]
     theirs = [*sum(weak.weave_speeds + weak.double_roots, ()), *weak.capsize_speeds]
     for x, y in zip(ours, theirs, strict=True):
-        # Both rounded to 30 digits.
+        # Both values are rounded to 30 digits.
         assert abs(mpmath.mpf(y) / (factor * x) - 1) < 1e-29
 
 
@@ -275,7 +279,8 @@ def test_eigenvalues_that_cross_without_merging_are_no_double_root():
     for v in (crossing - 1e-3, crossing, crossing + 1e-3):
         assert all(z.imag == 0 for z in linear.eigenvalues(v))
     first, second, *_ = linear.eigenvalues(crossing)
-    # The root of a double root's error: half of 30 digits, less 2.
+    # The error of a double root is the square root of the error of the coefficients. So half of the
+    # 30 digits remain, less 2 as a margin.
     assert abs(first - second) < 1e-13
 
 
@@ -284,7 +289,7 @@ def test_speeds_of_any_size(speed):
     found = _linear("benchmark", 15).eigenvalues(speed)
     better = _linear("benchmark", 60).eigenvalues(speed)
     for x, y in zip(found, better, strict=True):
-        # 15 digits of each part.
+        # The real and the imaginary parts agree to 15 digits.
         assert abs(x.real - y.real) <= 1e-14 * abs(y.real)
         assert abs(x.imag - y.imag) <= 1e-14 * abs(y.imag)
 

@@ -50,7 +50,8 @@ def _critical(linear):
 def test_matrices_to_all_printed_digits(linear, name, i, j):
     printed = ANCHORS["matrices"][name]["printed"][i][j]
     found = mpmath.mpf(getattr(linear, name)[i][j])
-    # Half a unit of the last printed digit: the table is correctly rounded.
+    # The tolerance is half a unit of the last printed digit, because the table is correctly
+    # rounded.
     assert abs(found - mpmath.mpf(printed)) <= _unit(printed) / 2
 
 
@@ -58,7 +59,8 @@ def test_matrices_to_all_printed_digits(linear, name, i, j):
 def test_matrices_to_40_digits(linear, name, i, j):
     exact = ANCHORS["matrices"][name]["exact"][i][j]
     found = mpmath.mpf(getattr(linear, name)[i][j])
-    # The anchors have 40 digits, the linearisation 45. A few entries are short or zero: 1e-38.
+    # The anchors have 40 digits, the linearisation has 45. Anchors with fewer digits and zeros are
+    # compared to 1e-38.
     assert abs(found - mpmath.mpf(exact)) <= min(_unit(exact), mpmath.mpf("1e-38"))
 
 
@@ -69,14 +71,15 @@ def test_zeros_are_exact(linear):
 @pytest.mark.parametrize("name", ["weave_frequency", "double_root_speed", "double_root_eigenvalue"])
 def test_frequency_and_double_root_to_all_printed_digits(linear, name):
     printed = ANCHORS["critical"][name]["printed"]
-    # Half a unit of the last printed digit.
+    # The tolerance is half a unit of the last printed digit.
     assert abs(mpmath.mpf(_critical(linear)[name]) - mpmath.mpf(printed)) <= _unit(printed) / 2
 
 
 @pytest.mark.parametrize("name", sorted(ANCHORS["critical"].keys() - {"source", "source_of_exact"}))
 def test_critical_values_to_all_digits_of_the_anchors(linear, name):
     exact = ANCHORS["critical"][name]["exact"]
-    # One unit of the last digit of the anchor; speeds of weave and capsize have 40 digits.
+    # The tolerance is one unit of the anchor's last digit. The weave and capsize speeds have 40
+    # digits.
     assert abs(mpmath.mpf(_critical(linear)[name]) - mpmath.mpf(exact)) <= _unit(exact)
 
 
@@ -85,7 +88,7 @@ def test_critical_values_to_all_digits_of_the_anchors(linear, name):
 )
 def test_printed_critical_speeds_are_off_in_their_last_digit(linear, name, error):
     printed = mpmath.mpf(ANCHORS["critical"][name]["printed"])
-    # The errors are given to 5 and 6 digits.
+    # The page states the errors with 5 and 6 digits.
     found = mpmath.mpf(_critical(linear)[name])
     assert abs(printed - found - mpmath.mpf(error)) < 1e-19
 

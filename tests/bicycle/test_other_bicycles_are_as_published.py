@@ -22,7 +22,8 @@ WITHOUT_STABLE_RANGE = {
     f"adversarial/{name}" for name in ("negative-tilt", "no-gyroscope", "zero-mechanical-trail")
 }
 
-# Entries that differ by 18, 6 and 3 units of the last printed digit.
+# The published entries differ from the evaluated ones by 18, 6 and 3 units of the last printed
+# digit.
 EVALUATED_ANEW = {("browserins", "M", 0, 0), ("browserins", "C1", 0, 1), ("crescendo", "M", 1, 1)}
 
 
@@ -42,7 +43,7 @@ def test_values_and_deviations_round_to_those_of_the_thesis(name):
     for symbol, value, deviation in zip(
         ANCHORS["tables"]["symbols"].split(), numbers[::2], numbers[1::2], strict=True
     ):
-        # A value that ends in 5, such as 3.545 kg, may have been rounded either way.
+        # A value that ends in 5, such as 3.545 kg, may have been rounded up or down.
         assert abs(bicycle[symbol].rational - Fraction(value)) <= _half_unit(value)
         found = bicycle.uncertainties[symbol].rational
         assert abs(found - Fraction(deviation)) <= _half_unit(deviation)
@@ -52,7 +53,7 @@ def test_values_and_deviations_round_to_those_of_the_thesis(name):
 def test_matrices_are_those_printed_with_the_first_evaluation(name):
     """The measurements were evaluated again later; most values changed by less than a unit."""
     bicycle = _bicycle(name)
-    # In the first evaluation the two wheels' diametral inertias were interchanged.
+    # In the first published evaluation the diametral inertias of the two wheels were interchanged.
     bicycle = bicycle.replace(IRxx=bicycle["IFxx"], IFxx=bicycle["IRxx"])
     linear = linearise(bicycle, 12)
     for matrix, rows in ANCHORS["matrices"][name].items():
@@ -78,7 +79,7 @@ def test_matrices_of_the_stratos_are_what_its_rounded_parameters_allow():
             for found, texts in zip(rows, printed[matrix], strict=True):
                 for x, number in zip(found, texts, strict=True):
                     assert x.contains(exact_ball(Fraction(number)).mid())
-                    # The ball is narrow, so the assertion above means something.
+                    # The ball is narrow, so it is no accident that it contains the printed number.
                     assert x.rad() < largest / 200
 
 
@@ -94,7 +95,7 @@ def test_the_closed_form_is_the_linearisation_of_the_nonlinear_model(name):
             largest = max(abs(mpmath.mpf(x)) for row in expected[matrix] for x in row)
             for row, exact in zip(getattr(found, matrix), expected[matrix], strict=True):
                 for x, y in zip(row, exact, strict=True):
-                    # Rounded to 30 digits.
+                    # Both values are rounded to 30 digits.
                     assert abs(mpmath.mpf(x) - mpmath.mpf(y)) <= mpmath.mpf("1e-29") * largest
 
 
@@ -112,7 +113,7 @@ def test_every_bicycle_has_maneuvers_in_and_beyond_its_stable_range(name):
     if not ranges:
         return
     low, high = ranges[-1]
-    # The file has the speed to 1 cm/s.
+    # In the file the speed is rounded to 1 cm/s.
     half = mpmath.mpf("0.005000001")
     middle, beyond = (low * 5 / 4, 2 * low) if high is None else ((low + high) / 2, high * 5 / 4)
     for maneuver, speed in ((first, middle), (second, low), (third, beyond)):

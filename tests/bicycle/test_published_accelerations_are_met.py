@@ -31,7 +31,8 @@ def _velocity(k, a, state, form):
     o, u = unfold(k, a, state, is_regular=form is regular)
     yaw = state[6]
     s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
-    # The hub moves with v along the heading and with r p along the axle, which rises with the lean.
+    # The hub moves with velocity v along the heading and with r p along the axle, which rises as
+    # the bicycle leans.
     ahead, aside = k.length * u.v, k.length * k.rear.r * u.p
     contact = k.length * (u.v + k.rear.r * u.nu)
     return {
@@ -76,7 +77,7 @@ def test_accelerations_at_the_start_of_a_maneuver(form, maneuver):
     _, found, _ = _accelerations(k, a, start, form)
     for name in ("yaw", "roll", "pitch", "steer", "rear_wheel", "front_wheel"):
         number = a.number(Fraction(expected[name]))
-        # 24 digits or more.
+        # The published numbers have at least 24 digits.
         assert abs(found[name] - number) < a.context.mpf("1e-24") * max(1, abs(number)), name
 
 
@@ -86,7 +87,8 @@ def test_accelerations_of_roll_and_steer_are_those_of_the_derivatives_along_the_
     k, a = model()
     _, second, _ = _accelerations(k, a, _start(k, a, 1), form)
     rates = regular(k, a, _start(k, a, 1)[:6])
-    # Difference quotients err by 1e-70 of a third derivative: see on_the_floor.STEP.
+    # Difference quotients have an error of 1e-70 times the third derivative (see
+    # on_the_floor.STEP).
     assert abs(second["roll"] - rates[3]) < a.context.mpf("1e-65")
     assert abs(second["steer"] - rates[4]) < a.context.mpf("1e-65")
 
@@ -96,7 +98,8 @@ def test_energies_at_the_start_of_a_maneuver(maneuver):
     k, a = model()
     e = energies(k, *unfold(k, a, _start(k, a, maneuver), is_regular=True))
     expected = ANCHORS["initial_energies"]
-    # Half a unit of the last printed digit; the potential energy is exact as printed.
+    # The tolerance is half a unit of the last printed digit. The potential energy is exact as
+    # printed.
     assert abs(e.potential - a.number(Fraction(expected["potential"]))) < 1e-100
     assert _digits_apart(a, e.kinetic, expected["kinetic"][maneuver]) <= 0.5
     assert _digits_apart(a, e.potential + e.kinetic, expected["total"][maneuver]) <= 0.5
@@ -114,7 +117,8 @@ def _basu_mandal(form):
     def state(spin):
         return [roll, pitch, steer, roll_rate, steer_rate, spin, mp.zero]
 
-    # The wheel's rate relative to the frame is linear in the spin.
+    # The wheel's rate relative to the frame is a linear function of the spin, so two evaluations
+    # determine the spin.
     at0, at1 = (_velocity(k, a, state(mp.mpf(x)), regular)["rear_wheel"] for x in (0, 1))
     spin = (-mp.mpf(v["beta_r"]) - at0) / (at1 - at0)
     velocity, acceleration, rates = _accelerations(k, a, state(spin), form)
@@ -141,10 +145,10 @@ THEIRS = {
 @pytest.mark.parametrize(
     ("anchors", "tolerance"),
     [
-        # Printed with 13 decimals from binary64 computations; their own outputs are consistent with
-        # the printed inputs to this.
+        # These values were printed with 13 decimals from binary64 computations. The outputs are
+        # consistent with the printed inputs to this accuracy.
         pytest.param(BASU_MANDAL, "2e-12", id="as printed"),
-        # 24 decimals or more, the last one rounded.
+        # These values have at least 24 decimals, the last one rounded.
         pytest.param(CONSISTENT, "1e-24", id="consistent"),
     ],
 )
@@ -167,8 +171,9 @@ def test_the_state_of_basu_mandal(form, anchors, tolerance):
 def test_the_accelerations_of_symbrim(form):
     a, _, _, acceleration, _ = _basu_mandal(form)
     for name, number in ANCHORS["symbrim"]["acceleration"].items():
-        # Binary64, from a state printed with 13 decimals, its dependent values too: 5e-14 there is
-        # multiplied by derivatives of up to 20.
+        # The published values were computed in binary64 from a state that was printed with 13
+        # decimals, including its dependent values. An error of 5e-14 in the state is multiplied by
+        # derivatives of up to 20.
         assert abs(acceleration[name] - a.context.mpf(number)) < 1e-12, name
 
 
@@ -186,13 +191,13 @@ def test_the_steer_axis_point():
         return (x * cos - (z + k.length * k.rear.r) * sin) - k.length * k.d1
 
     x, z = point("exact")
-    # Printed with 20 and 19 decimals.
+    # The coordinates are printed with 20 and 19 decimals.
     assert abs(off_axis(x, z)) < 1e-20
     ground = mp.mpf("1.02") + mp.mpf("0.08")
     assert abs(x - (ground - sin * 9 / 10)) < 5e-20
     assert abs(z + cos * 9 / 10) < 5e-20
-    # The benchmark text cuts both coordinates after eleven decimals, which moves the point by
-    # 4.2e-12 m from the axis, 4.4e-12 m along x.
+    # The benchmark's text truncates both coordinates after eleven decimals. This moves the point by
+    # 4.2e-12 m from the axis and by 4.4e-12 m along x.
     x11, z11 = point("printed")
     assert (int(x11 * 10**11), int(z11 * 10**11)) == (int(x * 10**11), int(z * 10**11))
     assert mp.nstr(abs(off_axis(x11, z11)), 2) == "4.2e-12"

@@ -25,7 +25,7 @@ def _upright(a):
 
 def test_no_trail_means_a_zero_divisor_upright():
     k, a = model(50, c=_trail(0))
-    # Zero up to the rounding of sin(pi/10).
+    # The trail is zero up to the rounding of sin(pi/10).
     assert abs(posture(k, a, *_upright(a)[:3]).trail) < a.context.mpf("1e-49")
 
 
@@ -49,9 +49,10 @@ def test_regular_form_is_continuous_in_the_trail(seed):
         states[mm] = regular(k, a, state)
         assert all(a.context.isfinite(x) for x in states[mm])
     for zero, near, nearer, other in zip(*states.values(), strict=True):
-        # The accelerations change by less than 1e3 per metre of trail.
+        # The accelerations change by less than 1e3 per metre of trail, and the trail is 1e-23 m.
         assert abs(near - zero) < 1e-20
-        # Linear to first order: the second order is at most 1e-23 of it, and rounding 1e-50.
+        # The change is linear in the trail: terms of second order are at most 1e-23 of it, and
+        # rounding errors are 1e-50.
         assert abs(near - zero - 10 * (nearer - zero)) < 1e-42
         assert abs(near + other - 2 * zero) < 1e-42
 
@@ -70,9 +71,11 @@ def test_both_forms_agree_near_zero_trail():
     few, reg = few_products(k, a, few_state), regular(k, a, _upright(a))
     _, _, _, w1, w3, _ = few_state
     sin, cos = a.sin(k.tilt), a.cos(k.tilt)
-    # The roll rate is cos(beta) w1 + sin(beta) w3, beta being the tilt when upright.
+    # The roll rate is cos(beta) w1 + sin(beta) w3. For an upright bicycle, the angle beta equals
+    # the tilt.
     roll_acceleration = cos * few[3] + sin * few[4] + few[1] * (cos * w3 - sin * w1)
-    # 50 digits, less 13 for a division by a trail of 1e-13 m, which is squared in the mass matrix.
+    # The values have 50 digits, less 13 for the division by a trail of 1e-13 m. The mass matrix
+    # contains the square of the trail.
     assert abs(few[2] - reg[2]) < 1e-35
     assert abs(roll_acceleration - reg[3]) < 1e-24
     assert abs(few[5] - reg[5]) < 1e-24

@@ -37,7 +37,7 @@ def test_p2_as_printed_is_off_the_axis(bicycle):
         off = (x - foot) * c - z * s
         assert float(abs(off)) == pytest.approx(4.2e-12, abs=0.05e-12)
         assert float(abs(off) / c) == pytest.approx(4.4e-12, abs=0.05e-12)
-        # The printed digits are truncated.
+        # The printed digits are truncated, not rounded.
         exact = -mpf("0.9") * c
         assert mp.nstr(abs(exact), 20).startswith("0.85595086466")
         assert abs(exact) - abs(z) > mpf("5e-12")
@@ -70,7 +70,7 @@ def test_all_bodies_start_about_the_line_of_the_contact_points(bicycle, maneuver
 def test_the_integration_itself_keeps_the_energy():
     for run in read_candidate(reference_folder()):
         drift = evaluator(run, run.bits + 64).drift()
-        # Eq. (1) of the benchmark [%], some 230 bits.
+        # The drift of eq. (1) of the benchmark [%] corresponds to some 230 bits.
         assert 0 < drift.performance < 1e-69
         assert drift.contact < 1e-72
 

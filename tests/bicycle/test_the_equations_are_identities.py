@@ -140,7 +140,7 @@ def conserved(both: Both) -> Iterator[Zero]:
 
 def mirrored(both: Both) -> Iterator[Zero]:
     """Yield rates at a mirrored state, less the mirrored rates, in both forms."""
-    signs = (-1, 1, -1, -1, -1, 1)  # roll, pitch, steer, the two rates of either form, spin
+    signs = (-1, 1, -1, -1, -1, 1)  # order: roll, pitch, steer, the two rates of either form, spin
     for form, state in (("regular", both.regular_state), ("few products", both.few_product_state)):
         equations = Equations.of(both.bicycle, both.a, is_regular=form == "regular")
         image = [x if sign > 0 else -x for sign, x in zip(signs, state, strict=True)]

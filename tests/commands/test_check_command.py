@@ -18,7 +18,7 @@ from heyoka_bike.scoring.instants.check import quantities_of_states
 from heyoka_bike.showing.formats import check as shown
 
 SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")
-SOME = 60  # the number of a state that leans, is steered and moves
+SOME = 60  # number of a state in which the bicycle leans, is steered and moves
 
 
 @pytest.fixture(scope="module")
@@ -55,14 +55,14 @@ def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, cap
     assert main(["check", "--states", str(path), "--bicycle", "pista"]) == 0
     assert capsys.readouterr().out == f"{path}\n"
     assert main(["check", str(path), "--bicycle", "pista"]) == 0
-    # The file contains another bicycle than the benchmark's.
+    # The file contains a bicycle that differs from the benchmark.
     assert main(["check", str(path)]) == 3
 
 
 @pytest.mark.proof
 @pytest.mark.parametrize("level", LEVELS, ids=lambda x: x.name)
 def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
-    # Columns of this level and of all later levels are wrong.
+    # In this table, the columns of this level and of all later levels are wrong.
     wrong = {c.name for x in LEVELS[LEVELS.index(level) :] for c in x.columns[:2]}
     table = {n: x + (n.split(" ")[0] in wrong) for n, x in exact.items()}
     assert main(["check", written(tmp_path / "a.csv", table), "--format", "json"]) == 3
@@ -107,8 +107,8 @@ def test_columns_without_names_are_refused():
 
 
 def test_one_wrong_value_is_not_explained():
-    # Any parameter that affects the mass would explain it. Several rows of a constant are one
-    # value.
+    # Any parameter that affects the mass would explain the wrong value, so none is named. Several
+    # rows with the same constant count as one value.
     for n in (1, 3):
         found = hb.check({"state": np.arange(1, n + 1), "mass [kg]": [90.0] * n})
         assert found.failed.level.name == "positions"

@@ -32,7 +32,7 @@ def test_files_go_into_the_folder_and_are_named(name, tmp_path, monkeypatch, cap
     assert (code, err) == (0, "")
     assert out.splitlines() == [STEM + suffix for suffix in FILES[name]]
     assert sorted(p.name for p in tmp_path.iterdir()) == out.split()
-    # A new folder, and a folder whose name contains a dot
+    # Write to a new folder, and to a folder whose name contains a dot.
     for folder in ("new/inner", "v1.0/"):
         assert run("--format", name, "-o", folder, capsys=capsys)[0] == 0
         for suffix in FILES[name]:
@@ -50,7 +50,7 @@ def test_every_file_says_what_it_is(name, tmp_path, reference, capsys):
             with h5py.File(path) as f:
                 text = f.attrs["comment"]
         else:
-            # The description is at the beginning of the file, before any number.
+            # The description is at the beginning of the file, before the first number.
             text = path.read_text("ascii")[:2500].partition('"schema_version"')[0]
         words = " ".join(text.replace('",\n  "', " ").replace("\n", " ").split())
         words = " ".join(w for w in words.split() if w not in ("//", "!", "%", "#"))
@@ -305,7 +305,7 @@ def limited(shell, name, output):
     )  # fmt: skip
 
 
-# One format with two files that belong together, and one that a library writes.
+# The formats are one with two files that belong together, and one that a library writes.
 @pytest.mark.parametrize("name", ["c", "netcdf"])
 def test_a_file_that_may_not_grow_leaves_the_old_ones(name, tmp_path):
     selection = [tmp_path / f"selection{suffix}" for suffix in FILES[name]]

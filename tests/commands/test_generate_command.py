@@ -53,7 +53,7 @@ def test_writes_a_set_that_loads(short_set, reference):
     assert loaded.dataset_version == "custom"
     assert len(loaded) == 1
     assert loaded[1].time.tolist() == [0.0, 0.01, 0.02, 0.03]
-    # The motion equals that of the published maneuver 1.
+    # The generated motion equals the motion of the published maneuver 1.
     for name in ("roll_angle", "steer_rate"):
         assert loaded[1].rows.hi[name].tolist() == reference[1].rows.hi[name][:4].tolist()
         assert loaded[1].rows.lo[name].tolist() == reference[1].rows.lo[name][:4].tolist()
@@ -82,7 +82,7 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     error = capsys.readouterr().err
     assert "--force" in error
     assert error.count("\n") == 1
-    # The same inputs under another dataset version.
+    # Make a copy with the same inputs and a different dataset version.
     document = json.loads((short_set / "manifest.json").read_text())
     copy = tmp_path / "copy"
     copy.mkdir()
@@ -92,8 +92,8 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(copy), "--workers", "1"]
     assert main([*arguments, "--force", "--digits", "90"]) == 0
     assert load_reference(copy).dataset_version == "custom"
-    # With more digits the published numbers do not change: content_sha256 is a hash of the exact
-    # values, not of the run that computed them.
+    # A computation with more digits does not change the published numbers: content_sha256 is a hash
+    # of the exact values, not of the run that computed them.
     assert read_manifest(copy).content_sha256 == read_manifest(short_set).content_sha256
 
 
@@ -258,7 +258,7 @@ def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
     )  # fmt: skip
     deadline = time.monotonic() + 60
     while len(workers := children(run.pid)) < 3 and time.monotonic() < deadline:
-        time.sleep(0.05)  # a resource tracker and, with two processors, two workers
+        time.sleep(0.05)  # meanwhile a resource tracker and, with two processors, two workers start
         if len(workers) == 2 and os.cpu_count() == 1:
             break
     assert workers
@@ -266,7 +266,7 @@ def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
     run.send_signal(getattr(signal, name))
     _, error = run.communicate(timeout=60)
     assert run.returncode == code
-    assert "Traceback" not in error  # Python's resource tracker may warn after a kill
+    assert "Traceback" not in error  # Python's resource tracker may print a warning after a kill
     if name == "SIGINT":
         assert error == "heyoka-bike: interrupted\n"
     deadline = time.monotonic() + 30
@@ -282,7 +282,7 @@ def hear_interrupts() -> None:
 
 
 def children(pid: int) -> list[int]:
-    # All threads count, because an executor's threads start its processes.
+    # Look at all threads, because an executor's threads start its processes.
     with contextlib.suppress(FileNotFoundError, ProcessLookupError):
         tasks = Path(f"/proc/{pid}/task").glob("*/children")
         return [int(p) for path in tasks for p in path.read_text().split()]
@@ -296,7 +296,7 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-# A writer that is killed many times while it replaces one dataset with another and back.
+# This program replaces one dataset with another and back. The test kills it many times.
 WRITER = """
 import sys
 from heyoka_bike.reference.manifest import render, write_set
@@ -341,9 +341,9 @@ def test_a_killed_writer_leaves_a_whole_set_or_a_named_problem(tmp_path):
         os.kill(writer.pid, signal.SIGKILL)
         writer.communicate()
         outcomes.add(whole(tmp_path) if (tmp_path / "manifest.json").exists() else False)
-    # Some of the kills did interrupt the writer ...
+    # Some of the kills must have interrupted the writer ...
     assert False in outcomes
-    # ... and one more run repairs the folder.
+    # ... and one more run of the writer repairs the folder.
     files = {f"f{i}": ("1" * 300_000).encode() for i in range(6)}
     made = render(dataset_version="1", content_sha256="", inputs={}, made_by={}, files=files)
     write_set(tmp_path, files, made)

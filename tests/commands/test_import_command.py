@@ -21,7 +21,7 @@ from heyoka_bike.reference.exports.models import MODELS, render
 from heyoka_bike.system.resources import collection, find_input
 from support.model_files import about
 
-# Half a unit of the fifteenth digit: files are read with 15 digits.
+# Files are read with 15 digits, so the error is half a unit of the fifteenth digit.
 ROUNDOFF = 5e-15
 READ = tuple(MODELS)
 
@@ -79,7 +79,7 @@ def test_the_benchmark_comes_back_as_printed(kind, bicycle, tmp_path, capsys):
     assert made.read_text() == out
     found = read_bicycle(made)
     for symbol in PARAMETERS:
-        if symbol != "lam":  # a decimal file cannot contain pi exactly
+        if symbol != "lam":  # a decimal file cannot contain a multiple of pi exactly
             assert found[symbol] == bicycle[symbol], symbol
     assert float(found["lam"]) == pytest.approx(float(bicycle["lam"]), rel=ROUNDOFF)
 

@@ -8,7 +8,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.reference.exports.models import render
 from heyoka_bike.system.resources import find_input
 
-# Files are read to 15 digits: this is half a unit of the last one.
+# Files are read with 15 digits, so the error is half a unit of the fifteenth digit.
 ROUNDOFF = 5e-15
 
 
@@ -88,7 +88,7 @@ def test_a_link_is_placed_relative_to_another(changed, bicycle, pose):
 @pytest.mark.parametrize(
     ("version", "axis"),
     [
-        # In all cases the joint's frame is rotated by half a turn about z.
+        # In all cases the frame of the joint is rotated by half a turn about z.
         ("1.6", "<xyz>{-x} 0 {z}</xyz>"),
         ("1.6", "<xyz>{x} 0 {z}</xyz><use_parent_model_frame>true</use_parent_model_frame>"),
         ("1.9", '<xyz expressed_in="__model__">{x} 0 {z}</xyz>'),

@@ -27,7 +27,7 @@ def check(document, name):
     )
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(document, schema)
-    # The schema describes every key of the document.
+    # The schema must describe every key of the document.
     assert set(document) == set(schema["properties"])
     return schema["properties"]
 
@@ -61,7 +61,7 @@ def test_what_was_made_and_proved_is_told(tmp_path, capsys):
     assert set(proved) == set(parts["maneuvers"]["items"]["properties"])
     (certified,) = json.loads((Path(out) / "certificate.json").read_text())["maneuvers"]
     assert {key: proved[key] for key in certified} == certified
-    # The same bound, now proved from the files alone
+    # The same bound is now proved from the files alone.
     assert float(proved["bound"]) < 1e-60
 
 

@@ -16,7 +16,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.system.resources import benchmark_bicycle
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d+(?:e[+-]?\d+)?(?![\w.])")
-# Two point masses on skates, the heavy one ahead of the front contact point.
+# A bicycle of two point masses on skates, with the heavy one ahead of the front contact point.
 STABLE = dict.fromkeys(("mR", "IRxx", "IRyy", "mF", "IFxx", "IFyy"), "0")
 STABLE |= dict.fromkeys((f"I{body}{ij}" for body in "BH" for ij in ("xx", "yy", "zz", "xz")), "0")
 STABLE |= {"w": "1", "c": "-0.02", "lam": "-pi/36", "rR": "0.1", "rF": "0.1"}
@@ -78,9 +78,9 @@ def _significant(text):
 def test_every_number_has_all_digits(run, digits):
     out = run("--digits", str(digits), "--speeds", "0,3,5")
     numbers = NUMBER.findall(out)
-    # g, 13 nonzero matrix entries, and 4 + 6 + 6 nonzero parts of eigenvalues. Then the weave
-    # speed, its frequency, the capsize speed, the double root, its eigenvalue, and both ends of the
-    # range.
+    # The terms are g, 13 nonzero matrix entries, and 4 + 6 + 6 nonzero parts of eigenvalues. The
+    # last 7 are the weave speed, its frequency, the capsize speed, the double root, its eigenvalue,
+    # and both ends of the stable range.
     assert len(numbers) == 1 + 13 + 16 + 7
     assert {_significant(x) for x in numbers} == {digits}
 

@@ -32,7 +32,7 @@ spacing = "0.01"
 """
 GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "20"]
 
-# The package must not open a text without an encoding; other libraries may.
+# The package must not open a text file without stating its encoding. Other libraries may do so.
 PROGRAM = """\
 import sys, warnings
 warnings.filterwarnings("ignore", category=EncodingWarning)
@@ -41,7 +41,8 @@ from heyoka_bike.cli import main
 sys.exit(main())
 """
 
-# Words of each command, and its exit code. NAME.x is written to a separate folder.
+# For each command: its words, and its exit code. The name NAME.x stands for a file in a separate
+# folder.
 COMMANDS = {
     "generate": (["--maneuvers", "short.toml", "--out", "made"], 0),
     "certify": (["set"], 0),
@@ -64,7 +65,7 @@ COMMANDS = {
 
 def process(words, folder, **how):
     """Start the program in a folder."""
-    # matplotlib's configuration in the user's home must not influence the test.
+    # The configuration of matplotlib in the user's home must not influence the test.
     windows = {"PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252", "PYTHONWARNDEFAULTENCODING": "1"}
     environment = os.environ | windows | {"MPLCONFIGDIR": str(folder / "matplotlib")}
     command = [sys.executable, "-W", "error", "-c", PROGRAM, *words]

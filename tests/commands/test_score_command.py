@@ -36,7 +36,8 @@ def test_the_table_is_the_default(capsys):
     assert "tait_bryan_xyz" in out
     assert "next: why it differs: heyoka-bike diagnose" in out
     assert max(map(len, out.splitlines())) <= 100
-    # The output is a summary of ten lines and a table; --details adds the errors of each maneuver.
+    # The output is a summary of ten lines and a table. With --details it also lists the errors of
+    # each maneuver.
     assert len(out.splitlines()) <= 25
     assert "mescd" not in out
     code, out, _ = run(FINE, "--details", capsys=capsys)
@@ -82,7 +83,7 @@ def test_the_suffix_of_an_output_tells_its_format(capsys, tmp_path):
     assert code == 0
     for name, start in names.items():
         assert (tmp_path / name).read_text().startswith(start), name
-    # The verdict is also printed on the screen; the written file adds details.
+    # The screen shows the same verdict. The written file adds details.
     verdict = out.partition("warnings")[0].partition("next:")[0].rstrip()
     assert len(verdict.splitlines()) > 10
     assert (tmp_path / "a.txt").read_text().startswith(verdict)
@@ -137,7 +138,7 @@ def test_several_files_are_programs_side_by_side(capsys, tmp_path):
     assert "runs of one program" not in out
     document = json.loads(outputs[0].read_text())
     assert document["is_one_program"] is False
-    # The runs are in the given order, and the definitions of each are found independently.
+    # The runs are in the given order, and the definitions of each run are found independently.
     assert [r["name"] for r in document["runs"]] == ["Exudyn", "SciPy"]
     for path, entry in ((COARSE, document["runs"][0]), (scipy, document["runs"][1])):
         _, alone, _ = run(path, "--format", "json", capsys=capsys)
@@ -243,7 +244,7 @@ def test_standard_input_is_read(tmp_path):
 def test_bad_usage_is_one_line(capsys, arguments, code, says):
     try:
         found, out, err = run(*arguments, capsys=capsys)
-    except SystemExit as refused:  # raised by the parser
+    except SystemExit as refused:  # the parser raises it
         found, (out, err) = refused.code, capsys.readouterr()
     assert found == code, err
     assert err.count("\n") == 1

@@ -62,7 +62,7 @@ def test_in_python_it_is_the_score_with_a_diagnosis(late):
 def test_the_page_shows_what_is_left(late):
     page = (late / "r.html").read_text()
     (section,) = re.findall(r'<section id="explanation">.*?</section>', page, re.S)
-    # Each maneuver has one chart with two lines.
+    # The section has one chart for each maneuver, with two lines in it.
     assert section.count("<figcaption><b>Maneuver") == 3
     assert len(re.findall(r'<path class="before"', section)) >= 3
     assert len(re.findall(r'<path class="after"', section)) >= 3
@@ -96,7 +96,7 @@ def zeros(t):
 @pytest.mark.parametrize(
     ("rows", "values", "said"),
     [
-        # No cause explains noise, so the complete search runs.
+        # No cause explains noise, so the search tries everything.
         pytest.param(1001, noise, "too much for a diagnosis", marks=pytest.mark.slow),
         pytest.param(101, zeros, "nothing but zeros", marks=pytest.mark.proof),
     ],

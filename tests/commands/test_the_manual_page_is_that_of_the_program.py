@@ -36,14 +36,14 @@ def test_mandoc_reads_it():
     run = subprocess.run(
         ["mandoc", "-Tlint", "-Wwarning", man_page.PAGE], capture_output=True, text=True, timeout=60
     )
-    # No version has been published, so there is no date.
+    # No version has been published yet, so the page has no date.
     assert [line for line in run.stdout.splitlines() if "missing date" not in line] == []
 
 
 def test_every_variable_that_is_read_is_told(capsys):
     text = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
     read = {name for name in READ.findall(text) if name.isupper()}
-    # VARIABLE is the name of a constant.
+    # The pages also contain VARIABLE, which is the name of a constant and not of a variable.
     assert read - {"VARIABLE"} == set(ENVIRONMENT)
     with pytest.raises(SystemExit):
         main(["--help"])

@@ -35,7 +35,7 @@ def size(file: File, runs: Runs) -> float:
                 block = change(block)
         meant = place + 1 if len(file.maneuvers) == 3 else maneuver
         right = runs.block(RIGHT[program], meant)
-        # The correct values at the times in the file
+        # Interpolate the correct values at the times of the file.
         rows = np.isfinite(block["roll"]) & (block["time"] <= right["time"][-1])
         for name in ORDER:
             there = np.interp(block["time"][rows], right["time"], right[name])

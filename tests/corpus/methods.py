@@ -33,7 +33,7 @@ def scipy_method(name: str, rtol: float, atol: float | None = None) -> Method:
         found = solve_ivp(
             slope, span, start, name, TIMES, events=stands, rtol=rtol, atol=absolute
         )  # fmt: skip
-        # A run that stopped has only its first rows.
+        # A run that stopped early has only its first rows.
         states = np.full((len(start), len(TIMES)), np.nan)
         states[:, : found.y.shape[1]] = found.y
         return states

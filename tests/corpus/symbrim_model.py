@@ -92,7 +92,7 @@ def functions() -> Functions:
     spin = frame.ang_vel_in(ground.frame).to_matrix(frame)
     energies = [
         sum(me.kinetic_energy(ground.frame, body) for body in bodies if body is not ground.body),
-        # z is down.
+        # The axis z points down.
         -sum(g * body.mass * body.masscenter.pos_from(ground.origin).dot(ground.frame.z)
              for body in bodies if body is not ground.body),
     ]  # fmt: skip
@@ -163,7 +163,7 @@ class Bicycle:
         q = np.zeros(8)
         q[4] = tilt
         for _ in range(20):
-            # Newton's method; the slope is a finite difference.
+            # Newton's method, with a finite difference as the slope
             here, beside = self._height(q, 0.0), self._height(q, 1e-7)
             q[4] -= here * 1e-7 / (beside - here)
         return q
@@ -213,7 +213,7 @@ class Bicycle:
             "speed_rear_spin": -r * u[5],
             "speed_front_spin": -front_r * u[7],
             "rate_own_x": found[5],
-            # Euler angles as SciPy's Rotation.as_euler returns them.
+            # These are the Euler angles that SciPy's Rotation.as_euler returns.
             "roll_intrinsic_xyz": np.arctan2(-_steered(found[8:], q[4][0])[5],
                                              _steered(found[8:], q[4][0])[8]),
         }  # fmt: skip

@@ -25,15 +25,15 @@ def run(times):
     equations = Equations.binary64(bicycle)
     found = {}
     for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
-        # Roll, pitch, steer, roll rate, steer rate, and the speed of the rear hub [wheel radii per
-        # second]
+        # The state contains roll, pitch, steer, roll rate, steer rate, and the speed of the rear
+        # hub [wheel radii per second].
         start = [0, 0, 0, float(maneuver.roll_rate), 0, float(maneuver.speed)]
         start[-1] /= equations.k.length
         motion = solve_ivp(
             lambda _, state: equations.rates(state), (0, times[-1]), start,
             "DOP853", t_eval=times, rtol=1e-12, atol=1e-14,
         )  # fmt: skip
-        # None of these columns depends on the yaw.
+        # None of these columns depends on the yaw, so the yaw is set to zero.
         values = equations.columns([*motion.y, np.zeros(len(times))])
         found[number] = {"time": times} | {key: values[key] for key in BENCHMARK_COLUMNS}
     return found

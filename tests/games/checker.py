@@ -154,7 +154,7 @@ def _packed(parts):
         places = q.places if q and q.base == 10 and q.places is not None else -1
         place = BENCHMARK_COLUMNS.index(key)
         found.append(struct.pack("5i", p.number, place, digits, places, len(p.time)))
-        # The double nearest to hi + lo.
+        # Take the binary64 number nearest to hi + lo.
         values = p.values[key] + p.lo.get(key, 0.0)
         found.append(np.column_stack([p.time, values]).tobytes())
     return b"".join(found)
@@ -203,7 +203,8 @@ def disagreements(judged, found, line):
             yield f"{at}: {mine.unit} {mine.sign}, score {taken.unit} {taken.sign}"
         digits = min(c.scd if c.scd is not None else math.nan, MOST_DIGITS)
         if mine.definition != c.definition and mine.digits >= digits - APART:
-            # Where the definition is open, `score` keeps the default and the checker the nearest.
+            # If the definition is open, `score` keeps the default definition, but the checker takes
+            # the nearest one.
             continue
         if not abs(mine.digits - digits) <= APART and not math.isnan(digits):
             yield f"{at}: {mine.digits:.2f} digits, score {digits:.2f} ({c.definition})"
@@ -211,7 +212,7 @@ def disagreements(judged, found, line):
             yield f"{at}: grade {mine.grade}, score {c.grade:d}"
     for at in found.keys() - theirs.keys():
         yield f"{at}: too many"
-    # The text before the verdict, and the reason of a verdict that is contradictory.
+    # Compare the text before the verdict, and the reason for a verdict that is contradictory.
     are_all_read = all(
         units.get(at, "") in ("", *UNITS[DEFINITIONS[at[1]][0].unit]) for at in units
     )

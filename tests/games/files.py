@@ -150,7 +150,8 @@ def in_memory(parts, quantum=None):
 def decimal_times(time):
     """Return hi and lo of the times as read from the shortest decimals of these binary64."""
     with localcontext() as context:
-        context.prec = 1100  # digits, enough that no difference of binary64 numbers is rounded
+        # Number of digits that avoids rounding in differences of binary64 numbers.
+        context.prec = 1100
         lo = [float(Decimal(repr(t)) - Decimal(t)) for t in np.asarray(time, float).tolist()]
     return np.asarray(time, float), np.array(lo)
 

@@ -14,8 +14,8 @@ from games.truth import FREE, PI, ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0
-# Pairs of angle and rate definitions that belong together; without an error any others are honest
-# too.
+# Pairs of angle and rate definitions that belong together. With an error, the rate must be the
+# derivative of the angle; in an exact file, any pair is honest.
 PAIRS = {"lean": "lean_rate", "tait_bryan_xyz": "tait_bryan_xyz_rate", "zyx": "zyx_rate"}
 
 
@@ -45,8 +45,8 @@ def signs(random, keys):
     sense = int(random.choice([-1, 1]))
     axial = {a: s * handed * sense for a, s in ground.items()}
     body = ground
-    # Frames with other axes than the ground. They need matrices without a reflection, and no
-    # quaternion, whose components they would exchange.
+    # The axes of the frames may differ from those of the ground. This needs axes without a
+    # reflection, and a file without quaternions, whose components would be exchanged.
     if handed > 0 and not any("_frame_q" in k for k in keys) and random.random() < 0.4:
         body = {"x": 1, "y": 1, "z": 1}
     lean, steer, yaw, ahead, wheel, _ = (int(s) for s in random.choice([-1, 1], 6))
@@ -132,7 +132,8 @@ def honest_file(seed, number):
     is_exact = random.random() < 0.4
     size = 0.0 if is_exact else 10.0 ** random.uniform(-14, -3)
     if "roll_angle" in chosen and not is_exact:
-        # An error changes an angle and the rate that is its derivative consistently.
+        # The error of an angle and the error of its rate must be consistent, so the rate must be
+        # the derivative of this angle.
         name = chosen["roll_angle"].removeprefix("roll_angle_")
         rate = PAIRS.get(name, "lean_rate")
         if "roll_rate" in chosen:
@@ -143,7 +144,7 @@ def honest_file(seed, number):
         other = list(units(k).values())
         unit = other[random.integers(len(other))] if random.random() < 0.35 else other[0]
         factors[k] = turned.get(k, 1) * unit
-    # A program writes all energies in one unit.
+    # A program writes all energies in the same unit.
     energies = [k for k in keys if k.endswith("_energy")]
     factors |= dict.fromkeys(energies, factors[energies[0]] if energies else 1)
     zeroed = [k for k in ZEROED if k in keys]
@@ -174,7 +175,7 @@ def honest_file(seed, number):
         parts.append(part)
     ends = np.random.default_rng([seed, number, 7])
     if ends.random() < 0.08:
-        # A run that is short on purpose.
+        # This file ends early on purpose.
         count = int(np.searchsorted(time, ends.uniform(3.0, 9.5)))
         for part in parts:
             part.pick(np.arange(count))
@@ -196,7 +197,8 @@ def _freely(random, parts, reading, size, digits):
         name, factor = reading[key]
         largest = max(scale(p.maneuver, name) for p in parts)
         start = float(random.choice([-1, 1])) * 10.0 ** random.uniform(-1, 1.5)
-        # A start is far from zero if it is much larger than the errors and the last digit.
+        # Use only a start that is far from zero: much larger than the errors and than the last
+        # digit.
         if random.random() < 0.4 and abs(start) > largest * max(1e3 * size, 10.0 ** (3 - digits)):
             starts[key] = start
         is_wrapped = key in WHEELS and random.random() < 0.4 and size < 1e-4
@@ -239,7 +241,7 @@ def _has_lateral_and_more(keys):
     return bool(steer) and len(steer | {"kinetic_energy"} & set(keys)) > 1
 
 
-# Definitions so far apart that their mean is none of the known ones.
+# Pairs of definitions that are so far apart that their mean equals none of the known definitions.
 _APART = {
     "roll_rate": ("roll_rate", "roll_rate_tait_bryan_xyz_rate"),
     "forward_speed": ("forward_speed_hub_global_x", "forward_speed_com_norm"),
@@ -271,7 +273,8 @@ def _add_error(random, part, size):
             part.add(rate, s * slope)
     energy = {}
     for key in ("potential_energy", "kinetic_energy"):
-        # An error of the motion changes an energy little, as the motion does.
+        # An energy varies little during the motion, so an error of the motion also changes it
+        # little.
         s = size * np.ptp(references()[0][part.maneuver].rows[key]) * random.uniform(0.01, 1)
         energy[key] = s * x**p * np.sin(random.uniform(1, 5) * t)
         if key in part.hi:
@@ -282,7 +285,7 @@ def _add_error(random, part, size):
             "potential_energy", "kinetic_energy", "mechanical_energy"}  # fmt: skip
     for key in part.hi:
         if key not in done:
-            # The speed hardly varies either: see the maneuvers of data/results.
+            # The speed also varies little, like an energy: see the maneuvers of data/results.
             is_speed = key == "forward_speed"
             moves = np.ptp(part.hi[key]) if is_speed else scale(part.maneuver, key)
             part.add(key, size * moves * f)
@@ -314,7 +317,7 @@ class Known:
     hidden: float
 
 
-# Odds of 20 to 1 need a difference between definitions of nearly three times the error.
+# Two definitions reach odds of 20 to 1 only if they differ by nearly three times the error.
 _HIDDEN = 3.0
 
 
@@ -345,35 +348,38 @@ def known(honest, said):
                 e -= (_TURN * np.rint(e / _TURN)).astype(float)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
             if p.lo[k].any():
-                # Trailing zeros of long numbers are not written, so their digits are known to
-                # within one.
+                # Trailing zeros of long numbers are not written, so the number of digits is known
+                # only to within one.
                 half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
             else:
                 half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
             if p.is_rounded and np.ptp(p.hi[k]) == 0:
-                # The other columns show the digits of a constant only to within about one.
+                # The number of digits of a constant column follows from the other columns, and only
+                # to within one.
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:
-                # The zero is known only as well as the first potential energy, which has rounding
-                # errors: in joules, with the zero, and in the unit of the file.
+                # The zero follows from the first potential energy and is known only as well as that
+                # value. That value is rounded in joules, with the zero added, and in the unit of
+                # the file.
                 v = "potential_energy" if "potential_energy" in p.hi else k
                 half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
                 first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]
                 e += np.copysign(max(half_of_v, abs(first)), e)
             if k in honest.starts or k in honest.wrapped:
-                # The start is known only as well as the first row of any maneuver.
+                # The start follows from the first row of a maneuver and is known only as well as
+                # that row.
                 e += np.copysign(max(half, 1e-18), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
             if k in honest.wrapped:
-                # Turns are added in binary64.
+                # Whole turns are added in binary64, which rounds the sum.
                 size = max(size, 2 * np.spacing(s))
             if abs(factor) != 1:
-                # The conversions in this module are accurate to 19 digits.
+                # The conversions of units in this module are accurate to 19 digits.
                 size = max(size, 10**-18.5 * s)
             typical[p.maneuver, k] = max(np.sqrt(np.mean(e**2)), half)
             # A digit that was not written does not count as correct, even if the value happens to
-            # be near.
+            # be near the exact one.
             size = max(size, half)
             found[p.maneuver, k] = Known(_digits(size / s), size, s, 0.0)
     for k in said[0].hi:

@@ -26,7 +26,7 @@ MOTIONS = {
 }
 WRONGS = ("rates", "speed", "exchanged", "sign", "noise", "neighbour")
 
-# Other names of programs for the eight columns.
+# Names that programs use for the eight columns, in addition to the benchmark's names.
 _SHORT = {
     "roll_angle": ("phi", "roll", "lean", "φ", "varphi"),
     "roll_rate": ("phid", "phidot", "dphi", "roll_dot", "lean_rate", "p"),
@@ -60,7 +60,8 @@ _NUMBERED = (
     "m{n}_{x}", "{x}_{n}", "maneuver_{n}_{x}", "{x}_m{n}", "{x}[{n}]", "{x}{n}", "maneuver_{n}.{x}",
     "man{n}.{x}", "M{n} {x}", "{x} (maneuver {n})",
 )  # fmt: skip
-# Spelling of a unit, suffix of a name with the unit, and the factor from the SI unit.
+# For each column: the spelling of a unit, the suffix of a name in that unit, and the factor from
+# the SI unit.
 _UNITS = {
     "roll_angle": (("deg", "deg", 180 / np.pi), ("°", None, 180 / np.pi), ("rad", "rad", 1.0),
                    ("degrees", None, 180 / np.pi), ("mrad", "mrad", 1e3)),
@@ -398,7 +399,8 @@ def _extras(random, rows, joint, keys):
         (("empty",), np.full(rows, np.nan)),
         (("tire", "slip_angle"), 0.01 * t), (("dt",), np.full(rows, 0.1)),
     ]  # fmt: skip
-    # A name that contains one of the eight means that column if nothing else does.
+    # A name that contains one of the eight names means that column, unless another column has the
+    # name itself.
     held = {"roll_angle_setpoint": "roll_angle", "target_speed": "forward_speed"}
     all_of_them = [x for x in all_of_them if held.get(x[0][0], keys[0]) in keys]
     if random.random() < 0.4:
@@ -411,7 +413,7 @@ def twin(drawn):
     """Return the benchmark's plain text with the same numbers under its own names."""
     numbers = list(drawn.parts)
     if not drawn.is_told and len(numbers) > 1:
-        # The maneuvers are stacked, and only the times separate them.
+        # The maneuvers are stacked without their numbers, so only the times separate them.
         lines = [" ".join(["time", *drawn.parts[numbers[0]]])]
         for p in drawn.parts.values():
             rows = zip(drawn.time, *p.values(), strict=True)

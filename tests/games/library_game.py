@@ -24,9 +24,10 @@ from games.library_writers import WRITERS, packed
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
 
-# Fractions of a column's size by which two ways of arithmetic, or 15 digits, may differ.
+# Fraction of a column's size by which two correct ways of arithmetic, or a text with 15 digits, may
+# differ.
 _ARITHMETIC = 1e-12
-# Suffixes of sources for other programs, which run them.
+# Suffixes of source files that are run by other programs, Octave and R.
 _SOURCES = (".m", ".R")
 REQUIRED = "scd >= 6"
 

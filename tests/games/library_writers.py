@@ -89,7 +89,7 @@ def _with_index(random, drawn, frame):
     return frame.set_index(name) if name is not None and random.random() < 0.3 else frame
 
 
-# Texts
+# Writers of text files
 
 
 @_writer(layouts=TABLES, units=ROW)
@@ -214,7 +214,8 @@ def pyarrow_csv(random, drawn, path):
 
     file = path.with_suffix(".csv")
     options = arrow_csv.WriteOptions(delimiter=_pick(random, [",", ";", "\t"]))
-    # The format stores a time difference as nanoseconds, as a number without a unit.
+    # The CSV format stores a time difference as a number of nanoseconds without a unit, so plain
+    # numbers are written instead.
     plain = [replace(c, values=np.array(_plain(c.values))) if c.values.dtype.kind == "m" else c
              for c in drawn.table]  # fmt: skip
     arrow_csv.write_csv(_arrow(replace(drawn, tables={None: plain})), file, options)
@@ -259,7 +260,7 @@ def openmodelica_csv(random, drawn, path):
     return file
 
 
-# JSON
+# Writers of JSON
 
 
 @_writer("pandas")
@@ -342,7 +343,7 @@ def polars_json(random, drawn, path):
     return file
 
 
-# Columns in binary
+# Writers of binary columns
 
 
 def _polars(drawn, table=None):
@@ -486,7 +487,7 @@ def polars_structs(random, drawn, path):
     return file
 
 
-# Sheets
+# Writers of spreadsheets
 
 
 @_writer("pandas", "openpyxl", "xlsxwriter", layouts=("wide", "stacked", "groups"), units=ROW)
@@ -499,7 +500,8 @@ def pandas_excel(random, drawn, path):
     with pd.ExcelWriter(file, engine=_pick(random, ["openpyxl", "xlsxwriter"])) as w:
         for n, table in drawn.tables.items():
             name = "Sheet1" if n is None else f"maneuver_{n}"
-            # A sheet stores a time difference as days, as a number without a unit.
+            # A spreadsheet stores a time difference as a number of days without a unit, so plain
+            # numbers are written instead.
             plain = [replace(c, values=np.array(_plain(c.values))) if c.values.dtype.kind == "m"
                      else c for c in table]  # fmt: skip
             _frame(random, drawn, plain).to_excel(w, sheet_name=name, **options)
@@ -529,7 +531,7 @@ def openpyxl_sheet(random, drawn, path):
     return file
 
 
-# HDF5 and netCDF
+# Writers of HDF5 and netCDF
 
 
 @_writer("pandas", "tables", layouts=("wide", "stacked"))
@@ -573,7 +575,7 @@ def h5py_groups(random, drawn, path):
     with h5py.File(file, "w") as f:
         for n, table in drawn.tables.items():
             top = "/".join(x for x in (outer, "" if n is None else f"maneuver_{n}") if x)
-            # A name with a slash creates groups.
+            # A name that contains a slash creates groups.
             put(f.require_group(top) if top else f, _nested(table))
     return file
 
@@ -644,7 +646,8 @@ def xarray_axis(random, drawn, path):
         each = [next(x for x in t if x.name == c.name).values for t in drawn.tables.values()]
         name = c.name.replace("/", "_")
         values[name] = (("maneuver", "time"), np.stack(each), {"units": c.unit} if c.unit else {})
-    # xarray converts values with a unit of time to dates and time differences.
+    # xarray converts values that have a unit of time to dates and time differences. So the time is
+    # in seconds, without a unit.
     data = xr.Dataset(values, coords={"time": drawn.time, "maneuver": numbers})
     drawn.time_kind = "s"
     if random.random() < 0.4:
@@ -685,7 +688,7 @@ def netcdf4_groups(random, drawn, path):
     return file
 
 
-# NumPy and MATLAB
+# Writers of NumPy and MATLAB files
 
 
 @_writer(layouts=("wide", "stacked"))
@@ -780,7 +783,7 @@ def dymola_mat(random, drawn, path):
     return file
 
 
-# Other programs
+# Writers that run other programs
 
 
 def _run(*command, folder):

@@ -35,18 +35,19 @@ from heyoka_bike.scoring import score as scoring
 
 SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
-# Fraction of the files that are written and read.
+# Fraction of the drawn files that are written to disk and read back.
 WRITTEN = {"wrong": 0.12, "honest": 0.4}
-# Digits by which two correct ways of arithmetic may differ: unit conversions turn an error of one
-# unit in the last place into one or two.
+# Difference in digits between two correct ways of arithmetic: unit conversions turn an error of one
+# unit in the last place into one or two units.
 _ARITHMETIC = 0.1
-# Rows that are at most this far apart cover the run [s].
+# [s] Rows cover the run if neighbouring rows are at most this far apart.
 MOST_APART = 0.25
-# Fraction of the run that counts as the whole run.
+# A file that covers this fraction of the run counts as covering the whole run.
 _WHOLE = 0.99
-# Digits of values that are not wrong.
+# Values with at least this many correct digits are not called wrong.
 _CLOSE = 3.0
-# Values between the published rows are known to 31 digits.
+# Largest number of correct digits that can be known: between the published rows, values are known
+# to 31 digits.
 _MOST = 30.5
 
 
@@ -81,14 +82,16 @@ def play_wrong(number, seed=SEED):
             if not wrong.text and random.random() < WRITTEN["wrong"]:
                 form, results = _through_files(random, wrong.parts, Path(folder))
             report = score(results, references()[0])
-            # A requirement on the amount of data would set the required amount for the others too.
+            # Check a requirement on the amount of data separately, because it would set the
+            # required amount for the other requirements too.
             fails = dict.fromkeys(wrong.fails)
             asked = [text for text in fails if not _is_amount(text)]
             found = [*scoring.check(asked, report)]
             for text in fails.keys() - asked:
                 found += scoring.check([text], report)
     except BicycleError as e:
-        # If a requirement is misread, the fault that it should show would remain hidden.
+        # A misread requirement hides the fault that it should show, so it counts as a failure of
+        # the scorer.
         lost = (str(e),) if str(e).startswith("require") else ()
         return Outcome(number, wrong.kind, lost, is_refused=True)
     except Exception:
@@ -126,7 +129,7 @@ def _form(random, parts, digits=17):
     elif not writing.is_plain(parts) or len({p.time.tobytes() for p in parts}) > 1:
         forms = [f for f in forms if f not in writing.NEEDS_ALL]
     if sum(len(p.time) * len(p.hi) for p in parts) > writing.MOST_AMONG_WORDS:
-        # Longer texts are read only as rows of numbers.
+        # In longer texts, rows are recognised only if they consist of numbers alone.
         forms = [f for f in forms if f not in writing.AMONG_WORDS]
     return str(random.choice(forms))
 
@@ -203,7 +206,7 @@ def _fulfilled(parts, true, honest):
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:
-            # A constant energy of any size would meet this requirement.
+            # A constant energy of any size would meet this requirement, so it is no fault.
             continue
         if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
             found.append(f"{n}.performance < 1e-3")

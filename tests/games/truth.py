@@ -13,7 +13,7 @@ from games.files import EIGHT, END, UNITS, names, references, scale, truth
 from heyoka_bike.numbers.double import two_sum
 
 PI = np.longdouble("3.14159265358979323846264338327950288")
-# Number of the file's units in one SI unit.
+# For each SI unit: the units that a file may use, and their number in one SI unit.
 _DEGREES = 180 / PI
 _ONE = np.longdouble(1)
 _FACTORS = {
@@ -33,8 +33,8 @@ _FACTORS = {
 }
 SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 ZEROED = ("potential_energy", "mechanical_energy")
-# No equation contains these columns: they may have any initial value, and angles may differ by
-# whole turns.
+# No equation contains these columns, so they may have any initial value, and the angles among them
+# may differ by whole turns.
 FREE = ("yaw", "rear_wheel_angle", "front_wheel_angle",
         *(f"{place}_{axis}" for place in ("rear_contact", "front_contact", "rear_hub", "front_hub",
                                           "rear_frame_com", "front_frame_com", "com")
@@ -131,7 +131,7 @@ class Truth:
         if not len(e):
             return np.inf if metric in ("scd", "mescd", "time_to_tolerance") else 0.0
         if UNITS[key] == "rad":
-            # Angles that differ by whole turns are the same attitude.
+            # Angles that differ by whole turns describe the same attitude.
             turn = 2 * np.pi
             e = e - turn * np.rint((e - e[0] * (key in FREE)) / turn)
         if key in ZEROED or key in FREE:
@@ -146,7 +146,7 @@ class Truth:
         if metric == "scd":
             return _digits(np.max(abs(e)) / size)
         if metric == "mescd":
-            # 1 + |reference| is at most 1 + scale.
+            # The measure divides by 1 + |reference|, which is at most 1 + scale.
             return _digits(np.max(abs(e)) / (1 + size))
         if metric == "time_to_tolerance":
             return self._first(key, number, abs(e) > TOLERANCE * size)

@@ -34,7 +34,7 @@ NODE = shutil.which("node")
 FORMS = ("text", "csv", "semicolons")
 _AT_ONCE = 50
 
-# Runs the page's unchanged scripts in Node, without a document.
+# This program runs the page's unchanged scripts in Node, without a document.
 _JUDGE = """
 const fs = require("fs");
 const [, , folder] = process.argv;
@@ -98,7 +98,7 @@ def texts(game, numbers, folder):
             path = path.with_suffix(".txt")
             path.write_text(text, newline="")
         elif any(not np.array_equal(p.time, file.parts[0].time) for p in file.parts):
-            # Maneuvers with different times do not fit into one table.
+            # Maneuvers with different times do not fit into one table, so this form is not used.
             continue
         else:
             digits = min(getattr(file, "digits", 17) or 17, 17)
@@ -123,7 +123,8 @@ def disagreements(report, said):
     if report is None:
         yield f"score refuses what the page calls {said['line']}"
         return
-    # Where `score` leaves a definition open, it keeps the default, and the page takes the nearest.
+    # If `score` leaves a definition open, it keeps the default definition, but the page takes the
+    # nearest one.
     worse = [c for m in report.maneuvers for c in m.columns if int(c.grade) > said["grade"]]
     if worse and all(c.indistinguishable for c in worse):
         return

@@ -12,10 +12,11 @@ from heyoka_bike import read_results
 
 TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
 ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
-# These forms have numbers and words in a row; their text is at most 2 MiB.
+# These forms mix numbers and words in a row. Such texts are read up to 2 MiB.
 AMONG_WORDS = ("long", "below", "timetable")
 MOST_AMONG_WORDS = 2**21 // 80
-# Texts with exponents such as 1.5*^-3, with dates as times, and with names in front of rows.
+# Kinds of text: with exponents such as 1.5*^-3, with dates as times, and with a name in front of
+# each row.
 KINDS = ("Mathematica", "clock", "upright")
 NEEDS_ALL = ("array", "npy", "cells")
 # Names used in vehicle simulation; the values show the meaning of u, p and theta.
@@ -45,7 +46,8 @@ def vehicle_headings(random, part):
         names = VEHICLES.get(key, (key,))
         names = names[:1] if "pitch" in part.hi else names
         name = str(random.choice(names))
-        # With only V, a T may be a torque or a temperature, and is rejected.
+        # Without a mechanical energy, a column T may be a torque or a temperature, and is rejected.
+        # So the other name is used.
         is_told = "mechanical_energy" in part.hi
         found.append((part, key, names[-1] if name == "T" and not is_told else name))
     return [found[i] for i in random.permutation(len(found))]
@@ -118,7 +120,7 @@ def _text(random, parts, file, form, digits):
         columns[0] = [f"{t} sec" for t in time]
     if form == "semicolons":
         columns = [[t.replace(".", ",") for t in c] for c in columns]
-    # Drawn separately, so that other files do not change.
+    # Draw from a separate generator, so that the other files of the game do not change.
     apart = random.spawn(1)[0]
     kind = str(apart.choice(KINDS)) if apart.random() < 0.2 and form != "timetable" else ""
     if kind == "Mathematica":

@@ -398,7 +398,7 @@ def one_spike_in_many_rows(random):
     return [part], [key], [part.maneuver]
 
 
-# Misleading text.
+# Files with misleading text
 
 
 def _table(random, maneuvers=MANEUVERS):
@@ -515,7 +515,7 @@ def cut_off(random):
     return _of_text(parts, [text], ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
 
 
-# Digits that hide errors.
+# Files whose digits hide errors
 
 
 def _wrong_motion(random, number, time, keys=EIGHT, most=0.1):
@@ -657,7 +657,7 @@ def under_a_path_in_a_unit(random):
     for key, (_, values) in zip(keys, columns[1:], strict=True):
         ways = _UNITS_READ[COMPARED[key][0].unit]
         unit, factor = ways[random.integers(len(ways))]
-        # A constant change of an energy would be another zero, so the factor varies.
+        # A constant change of an energy would be read as a different zero, so the factor varies.
         off_by = np.linspace(1.3, 1.5, 1001) if key == keys[i] else np.ones(1001)
         held = factor * off_by * np.array(values, float)
         named.append((f'"{path}{key}{unit}"', [repr(x) for x in held.tolist()]))
@@ -705,7 +705,7 @@ _UNITS_NOT_KNOWN = (
 )
 
 
-# Prefixes that are recognised before names; units may follow names.
+# Prefixes that are recognised in front of names, and units that are recognised after them.
 _PATHS_READ = ("field.", "bike.", "/bike/state/", "bicycle/", "model.bike.", "")
 _UNITS_READ = {
     "rad": [(" [rad]", 1.0), (" [deg]", 180 / np.pi), (" [\u00ba]", 180 / np.pi), ("", 1.0)],
@@ -836,7 +836,7 @@ def speed_of_no_point(random):
     return parts, [key], [p.maneuver for p in parts]
 
 
-# Faults without a size.
+# Files with faults that have no size
 
 
 def rows_dropped(random):
@@ -862,7 +862,7 @@ def rows_dropped(random):
     return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
-# The existing values are right; nothing follows for the missing ones.
+# In this file, the existing values are right. Nothing is known about the missing ones.
 
 
 def columns_missing(random):
@@ -1002,7 +1002,8 @@ def motion_midway(random):
     new = [-p.hi[key], 1000 * p.hi[key], other, np.full_like(other, p.hi[key][0])]
     changed = chosen if len(chosen) == 4 and chosen[0].endswith("q0") else [key]
     if len(changed) > 1 and random.random() < 0.5:
-        for one in changed:  # -q instead of q midway: the same rotation, but the numbers jump.
+        # From the middle on, -q replaces q: the same rotation, but the numbers jump.
+        for one in changed:
             p.set(one, -p.hi[one][rows], rows)
     else:
         p.set(key, new[random.integers(4)][rows], rows)
@@ -1072,7 +1073,8 @@ def quaternion_of_another_length(random):
     return parts, chosen, [p.maneuver]
 
 
-# Pairs of columns that can only be flipped together: the same axis, the same bodies.
+# Pairs of columns that can only be flipped together, because they refer to the same axis or the
+# same bodies.
 TIED = (
     ("rear_normal_force", "front_normal_force"), ("rear_lateral_force", "front_lateral_force"),
     ("rear_longitudinal_force", "front_longitudinal_force"), ("yaw", "yaw_rate"),
@@ -1189,8 +1191,8 @@ def _sizes_not_met(random, wrong, known):
 
 def _stricter(random, at, metric, bound, is_long):
     if metric in ("scd", "mescd"):
-        # Above this limit the reading of times matters; only values with more digits are surely
-        # wrong.
+        # Above this limit, the score depends on how times are read, so a requirement that must fail
+        # cannot be named.
         if bound > (29.9 if is_long else 15.4):
             return []
         digits = [x for x in (6, 12) if x > bound + 0.02]

@@ -5,7 +5,8 @@ import warnings
 import numpy as np
 from scipy.integrate import solve_ivp
 
-# Spectral radius at infinity of the generalised-alpha method, a usual value in multibody programs.
+# Spectral radius at infinity of the generalised-alpha method. This value is usual in multibody
+# programs.
 RHO = 0.8
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
@@ -23,7 +24,7 @@ def generalised_alpha(equations):
 
     def step(y, h, memory):
         rate = memory.get("rate", equations.slope(y))
-        # The rate within the step belongs to the state within it, which determines the rate.
+        # Solve for the state inside the step. The slope at this state determines the new rate.
         known = y + a_f * h * (1 - gamma / a_m) * rate
         inner = equations.solve(known, a_f * h * gamma / a_m, y)
         memory["rate"] = (equations.slope(inner) - (1 - a_m) * rate) / a_m
@@ -54,7 +55,7 @@ def adaptive(equations, solver, tolerance):
     for i, n in enumerate(equations.reference):
         time = equations.reference[n].time
         with warnings.catch_warnings():
-            # LSODA warns when it repeats a step.
+            # LSODA prints a warning when it repeats a step.
             warnings.simplefilter("ignore")
             run = solve_ivp(
                 lambda t, y: equations.slope(y), (0.0, time[-1]), equations.start[:, i], solver,

@@ -22,7 +22,7 @@ def table(reference, pick):
     """Return rows by columns: time, then eight columns of each maneuver."""
     numbers = pick.choice(([1], [2], [3], [1, 2, 3]))
     size = pick.choice(SIZES)
-    # Evenly spaced rows over the run, over its beginning, or anywhere.
+    # The rows are evenly spaced over the run or over its beginning, or they are chosen at random.
     last = pick.choice((1000, 1000, 1000, 500, 100, 3 * size))
     rows = np.unique(np.linspace(0, min(last, 1000), size).astype(int))
     if pick.random() < 0.15:
@@ -78,7 +78,7 @@ def _times(x, pick):
     elif how == 10:
         t[:] = np.arange(len(x)) * pick.choice((1.0, 1e-3, 1e-6, 1e-9, 1e-10, 1e-16, 5e-324))
     elif how == 11:
-        # Each time differs from the one before in its last bit.
+        # Each time differs from the previous one only in its last bit.
         t[:] = t[0] + 1.0
         for k in range(1, len(t)):
             t[k] = np.nextafter(t[k - 1], np.inf)

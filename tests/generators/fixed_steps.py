@@ -54,8 +54,8 @@ class Equations:
         starts = []
         for n in reference:
             speed, rate = (float(Fraction(reference[n].inputs[x])) for x in ("speed", "roll_rate"))
-            # Upright and straight with zero yaw rate: the roll rate, along the axes of the steer
-            # axis.
+            # The bicycle is upright and straight with zero yaw rate. The roll rate is resolved
+            # along axes that are tilted like the steer axis.
             spin = speed / float(values["rR"])
             rates = [rate, 0] if is_regular else [rate * np.cos(tilt), rate * np.sin(tilt)]
             starts.append([0, 0, 0, *rates, spin, 0])

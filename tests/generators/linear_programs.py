@@ -32,7 +32,7 @@ def run(reference, number, solver, tolerance):
         return [*y[2:], *(-inverse @ (v * C1 @ y[2:] + (G * K0 + v * v * K2) @ y[:2]))]
 
     with warnings.catch_warnings():
-        # LSODA warns when it repeats a step.
+        # LSODA prints a warning when it repeats a step.
         warnings.simplefilter("ignore")
         found = solve_ivp(slope, (0.0, time[-1]), [0.0, 0.0, rate, 0.0], solver, t_eval=time,
                           rtol=tolerance, atol=1e-3 * tolerance)  # fmt: skip

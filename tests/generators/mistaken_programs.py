@@ -25,7 +25,7 @@ from heyoka_bike.system.resources import benchmark_bicycle
 
 NAMES = [c.name for c in COLUMNS]
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-# Two programs that differ by less than this many errors cannot be distinguished.
+# Two programs cannot be distinguished if they differ by less than this multiple of the error.
 SEEN = 3.0
 
 
@@ -76,7 +76,7 @@ def right_side(bicycle):
     """Return y -> dy/dt, and the unit of length in its speed."""
     right, _ = compiled()
     pars, length = numbers(bicycle)
-    used = pars[: right.nparams]  # without the units of length and mass
+    used = pars[: right.nparams]  # all parameters except the units of length and mass
     return lambda y: right(np.ascontiguousarray(y), pars=used), length
 
 
@@ -171,7 +171,7 @@ def rotation_energies(p, columns, pitch_rate):
     axis = np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
     along = axis @ frame
     steer = columns["steer_angle"]
-    # Inverse Rodrigues rotation: the frame's rate in axes of the steered fork.
+    # Inverse Rodrigues rotation: it gives the rate of the frame in the axes of the steered fork.
     fork = (
         np.cos(steer) * frame
         - np.sin(steer) * np.cross(axis, frame, axisb=0, axisc=0)
@@ -196,7 +196,7 @@ def begin(bicycle, start, length):
 def motion(bicycle, start, time):
     """Return columns by DOP853, up to where the motion ends."""
     right, length = right_side(bicycle)
-    # A delayed clock repeats its first time.
+    # A delayed clock repeats its first time, so the motion is computed only once for each time.
     times, back = np.unique(time, return_inverse=True)
     first = begin(bicycle, start, length)
     with np.errstate(all="ignore"):
@@ -253,7 +253,7 @@ def columns_of(reference, mistakes):
         else:
             found = motion(program.motion.bicycle, start, time)
         found = dict(program.written(found, m.time))
-        # A run ends with the maneuver, whatever its rows are called.
+        # A run ends when the maneuver ends, even if the labels of its rows state earlier times.
         is_within = time <= float(m.duration) * (1 + 1e-9)
         made[number] = {key: np.where(is_within, found[key], np.nan) for key in BENCHMARK_COLUMNS}
     return made
@@ -296,7 +296,7 @@ def distance(one, other, scales):
             for key, v in file.items():
                 mirrored = (sign if key in LATERAL else 1) * other[n][key]
                 apart = np.abs(v - mirrored) / scales[n, key]
-                # Rows where both motions have ended do not count.
+                # Rows after the end of both motions do not count.
                 largest = max(largest, float(np.fmax.reduce(apart, initial=0.0)))
         found.append(largest)
     return min(found)

@@ -1,7 +1,7 @@
 """A project of a user of the pytest plugin, with results of known errors."""
 
-# The conftest of the project. The error of each column is a half wave with a maximum of 10^-digits
-# of its scale, at a row in the middle of the run, so `digits` digits are correct.
+# This is the conftest.py of the project. The error of each column is a half wave with a maximum of
+# 10^-digits of its scale, at a row in the middle of the run, so `digits` digits are correct.
 CONFTEST = """
 import numpy as np
 import pytest
@@ -26,13 +26,14 @@ def table(by_name):
         return np.column_stack([found[1]["time"], *columns])
     return make
 """
-# Without cache and other plugins, which together take most of a run's time.
+# Options that switch off the cache and other plugins, which together take most of the time of a
+# run.
 BARE = (
     "-p", "no:cacheprovider",
     *(word for name in ("hypothesispytest", "timeout", "xdist", "xdist.looponfail", "zarr")
       for word in ("-p", f"no:{name}")),
 )  # fmt: skip
-# The cause of known errors is known, and diagnosing them takes long.
+# In these tests the cause of the errors is known, so the slow diagnosis is switched off.
 QUICK = (*BARE, "--bicycle-diagnose=never")
 
 

@@ -21,7 +21,7 @@ def random_pairs(reference, count):
         try:
             made = columns_of(reference, pair)
         except ZeroDivisionError:
-            # One half of the bicycle has no mass.
+            # With these two mistakes together, one half of the bicycle has no mass.
             continue
         others = [correct, *(columns_of(reference, [m]) for m in pair)]
         if min(distance(made, other, scales) for other in others) < SEEN * LEVEL:

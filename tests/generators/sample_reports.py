@@ -302,7 +302,7 @@ def _stretched(c: ColumnScore, rows: int) -> ColumnScore:
     value, reference, error = (
         np.interp(t, c.trace.time, v) for v in (c.trace.value, c.trace.reference, c.trace.error)
     )
-    # Rounding, and one bad row that must remain visible.
+    # Add rounding errors, and one bad row that must remain visible in the chart.
     error = error + 1e-7 * np.sin(1e6 * t)
     error[rows // 3] = 5.0
     value[rows // 3] = reference[rows // 3] + 5.0

@@ -32,7 +32,7 @@ def run(folder):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     found, before, after, limit = done.stdout.split()
-    # heyoka's own limit is 20 GiB, in the user's home.
+    # The limit that heyoka sets itself is 20 GiB, in the user's home.
     assert int(limit) == (2**30 if folder.is_dir() else 0)
     return found, int(before), int(after)
 

@@ -18,8 +18,9 @@ duration = "0.04"
 spacing = "0.01"
 """
 
-# Other levels of optimisation than heyoka's 3 (0 with MPFR), and registers as wide as the processor
-# allows. Unrolled code at 70 digits takes minutes to compile and is left out.
+# Compiler settings that differ from heyoka's: optimisation levels other than 3 (0 with MPFR), and
+# registers as wide as the processor allows. Unrolled code at 70 digits takes minutes to compile and
+# is left out.
 VARIANTS = [{"opt_level": 0}, {"opt_level": 3, "force_avx512": True, "slp_vectorize": True}]
 
 
@@ -47,7 +48,7 @@ def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
         return plain(*arguments, **{**given, **options})
 
     monkeypatch.setattr(hy, "taylor_adaptive", changed)
-    # Run in this process, where heyoka has the changed settings.
+    # Generate the dataset in this process, where heyoka has the changed settings.
     assert made(tmp_path) == expected
-    # One build for finding the end in binary64, and one for the motion.
+    # The code is built once to find the end in binary64, and once for the motion.
     assert len(used) == 2

@@ -13,17 +13,18 @@ PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_drift(bicycle, maneuvers, candidate, precision, number):
     if precision == 70:
-        # The published run, which is made at 70 digits.
+        # At 70 digits, test the published run instead of a new one.
         run = candidate[number - 1]
         assert run.precision == "70 digits"
     else:
         run = integrate(bicycle, maneuvers[number - 1], precision)
     drift = evaluator(run, run.bits + 64).drift()
-    # Rounding the state to p bits is the limit: the energy has an error of up to about 2 x 2^-p.
-    # The state is carried exactly from step to step, so the number of steps does not multiply the
-    # error.
+    # The error comes from rounding the state to p bits: the energy has an error of up to about 2 x
+    # 2^-p. The state is carried exactly from step to step, so the number of steps does not multiply
+    # the error.
     assert drift.energy <= 16
-    # Pitch, roll and steer are below 1 rad, and the wheel base is 1.02 m.
+    # Pitch, roll and steer are below 1 rad, and the wheel base is 1.02 m. So errors of the contact
+    # have a scale of about 1.
     assert drift.contact <= 16 * 2.0**-run.bits
     assert drift.performance < 100 * 32 * 2.0**-run.bits
 
@@ -39,7 +40,8 @@ def test_both_forms_give_the_same_motion(bicycle, maneuvers, candidate):
             t = maneuvers[1].time(row)
             a, b = at[0].columns(t), at[1].columns(t)
             for name in a:
-                # 40 digits and 4 bits; J is less than 2000, and the conditioning below 3.
+                # Both runs have 40 digits and 4 additional bits. The energy is below 2000 J, and
+                # the condition number is below 3.
                 assert abs(a[name] - b[name]) < 1e-36, (name, row)
 
 

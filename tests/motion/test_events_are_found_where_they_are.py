@@ -77,7 +77,8 @@ def test_zeros_of_polynomials_are_enclosed_to_the_last_bits(bicycle, maneuvers):
     found = zeros(made(bicycle, maneuvers[0], roots), KINDS[UPRIGHT], UPRIGHT)
     assert len(found) == 4
     for event, root in zip(found, sorted(roots), strict=True):
-        # The integer coefficients limit the accuracy of the root: 2^-GRID over the slope.
+        # The coefficients are integers times 2^-GRID. So the accuracy of the root is limited to
+        # 2^-GRID divided by the slope.
         with flint.ctx.workprec(300):
             off = abs(event.time.mid() - flint.arb(flint.fmpq(root.numerator, root.denominator)))
         assert off < 2.0**-GRID * 1e6
@@ -101,8 +102,9 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert event.rises is None
     assert not event.is_single
     assert holds(event.time, Fraction(1, 2))
-    # Width of the region where t (t - 1/2)^2 is below the bound, with the error of bisection; or
-    # where it is below the last bits of the balls.
+    # With a certificate, the radius is the width of the region where t (t - 1/2)^2 is below the
+    # bound, plus the error of bisection. Without one, it is the width of the region where t (t -
+    # 1/2)^2 is below the last bits of the balls.
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 
@@ -165,7 +167,7 @@ def test_a_piece_is_looked_at_inside_its_own_interval_only(bicycle, maneuvers):
     run = replace(falling, breaks=tuple(map(Fraction, (0, 1, 2))), pieces=(down, up))
     proof = proof_of(run, tiny / 2)
     assert zeros(run, KINDS[UPRIGHT], UPRIGHT, proof) == []
-    # Bounds that reach zero leave this undecided.
+    # If the bounds of the values include zero, it is undecided whether there is a crossing.
     (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, 2 * tiny))
     assert event.rises is None
     assert holds(event.time, Fraction(1))
@@ -208,7 +210,8 @@ def grazing(run, certificate, apart):
 @pytest.mark.proof
 def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
     run = candidate[0]
-    # The published bound is 8e-66; `enclose` would take minutes to prove it.
+    # The published bound is 8e-66. `enclose` would take minutes to prove it, so a larger bound is
+    # used.
     proof = proof_of(run, Fraction(1, 10**50))
     for certificate, apart in product((None, proof), (1e-6, 1e-20)):
         found = zeros(run, grazing(run, certificate, apart), "threshold", certificate)
@@ -217,7 +220,8 @@ def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
         assert first.is_single
         assert second.is_single
         assert float(second.time - first.time) == pytest.approx(apart, rel=1e-3)
-    # So near to the maximum that the bound does not decide whether it is reached.
+    # The threshold is now so near to the maximum that the bound does not decide whether the motion
+    # reaches it.
     event = zeros(run, grazing(run, proof, 1e-26), "threshold", proof)[0]
     assert event.rises is None
 
@@ -243,7 +247,8 @@ def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
     roots.append(roots[0] + Fraction(1, 10 ** rng.randrange(5, 12)))
     if seed % 3 == 0:
         roots.append(Fraction(rng.randrange(1, 3)))
-    # The shift separates or joins close roots, by about the size of the gap between them.
+    # Adding this constant separates or joins close roots, by about the size of the gap between
+    # them.
     shift = Fraction(rng.randrange(-100, 100), 10 ** rng.randrange(8, 24))
     run = made(bicycle, maneuvers[0], roots, breaks=(0, 1, 2, 3), shift=shift)
     p = polynomial(1)
@@ -273,7 +278,8 @@ def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, mane
         rolls = np.array([float(run.state(t)[0].mid()) for t in times])
     rng = random.Random(17)
     thresholds = [rng.uniform(min(leans), max(leans)) for _ in range(6)]
-    # Two crossings around the extreme are then at least 5 ms apart.
+    # These thresholds are so far below an extreme that the two crossings around it are at least 5
+    # ms apart.
     thresholds += [lean * (1 - 10 ** rng.uniform(-4, -2)) for lean in rng.sample(leans, 6)]
     for c in thresholds:
         above = rolls > c
@@ -319,7 +325,7 @@ def test_upright_and_greatest_lean_are_where_heyoka_detects_them(bicycle, maneuv
         found = [float(e.time) for e in events(run, (kind,))]
         expected = [t for t in expected if t > 1e-6]
         assert len(found) > 8
-        # Two integrations in binary64, each accurate to 1e-13.
+        # Both results come from integrations in binary64, each accurate to 1e-13.
         assert np.allclose(found, expected, rtol=0, atol=1e-11)
 
 
@@ -354,7 +360,8 @@ def test_a_wheel_that_is_pulled_down_at_the_start_is_bad_input(bicycle, maneuver
     fast = replace(maneuvers[0], roll_rate=Exact(Fraction(10)))
     with pytest.raises(InputError, match=r"normal force of -.* N on the .* wheel at the start"):
         follow(bicycle, fast)
-    # Searches for other events do not check the normal forces at the start.
+    # Searches for other events do not check the normal forces at the start, so they do not refuse
+    # this start.
     assert first_event(bicycle, fast, until=UPRIGHT, longest=Fraction(1, 10)) is None
 
 

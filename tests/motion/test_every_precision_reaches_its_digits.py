@@ -31,7 +31,8 @@ def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
                 error = abs(found[key] - flint.arb(float(hi)) - flint.arb(float(lo)))
                 worst = max(worst, float(error.upper()) / published.scale(key))
     assert worst < 3 * run.steps * 2.0**-run.bits
-    # The error is also large enough to exclude an accidentally higher precision.
+    # The error must not be much smaller than one unit of roundoff either. Otherwise the run would
+    # have used a higher precision than requested.
     assert worst > 2.0**-run.bits / 4
 
 

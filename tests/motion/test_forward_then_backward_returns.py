@@ -17,7 +17,8 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
 
 SPAN = 1.25
-CASTERING = 13.2986395157676401323827052583  # [1/s] at 4.6 m/s, from the linearised equations
+# [1/s] decay rate of the castering mode at 4.6 m/s, from the linearised equations.
+CASTERING = 13.2986395157676401323827052583
 
 
 def test_binary128_returns_to_its_start(bicycle, maneuvers):
@@ -37,8 +38,10 @@ def test_binary128_returns_to_its_start(bicycle, maneuvers):
     assert np.abs((moved - before).astype(np.float64)).max() > 0.05
     epsilon, largest = 2.0**-113, 20.0
     expected = epsilon * largest * exp(CASTERING * SPAN)
-    # A few roundings over about 40 steps; far below half the digits (1e-17).
+    # A few roundings in each of about 40 steps add up. The error is far below 1e-17, which is half
+    # of the digits of binary128.
     assert back < 1e3 * expected
     assert back < 1e-17
-    # The loss is real: without it the return would have an error of roundoff.
+    # The return does lose digits: without the growth of errors, it would only have an error of
+    # roundoff.
     assert back > 10 * epsilon

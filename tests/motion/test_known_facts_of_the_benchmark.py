@@ -40,14 +40,16 @@ def test_maneuver_2_settles_to_straight_running(bicycle, maneuvers):
     v = mp.sqrt(mp.mpf(ratio.numerator) / ratio.denominator)
     published = ANCHORS["maneuver_2_final_speed"]["value"]
     assert abs(v - mp.mpf(published)) < mp.mpf(10) ** -(len(published) - 2)
-    # The motion reaches this speed: the slowest mode decays as exp(-0.378 t).
+    # The motion comes near this speed within 60 s, because the slowest mode decays as exp(-0.378
+    # t).
     slow = max(x.real for x in linearise(bicycle, 15).eigenvalues(mp.mpf("4.6")))
     assert -0.38 < slow < -0.37
     run = integrate(bicycle, replace(maneuvers[1], duration=Fraction(60)))
     at = evaluator(run, 128)
     with at.balls.precision():
         end = at.columns(Fraction(60))
-        # v - v_end is quadratic in the amplitude: exp(-2 x 0.378 x 60) = 2e-20; 1e-14 is roundoff.
+        # The difference of the speeds is quadratic in the amplitude: exp(-2 x 0.378 x 60) = 2e-20.
+        # So the tolerance of 1e-14 is only for roundoff.
         assert abs(float(end["forward_speed"].mid()) - float(v)) < 1e-14
         assert abs(float(end["roll_angle"].mid())) < 1e-9
 
@@ -82,7 +84,7 @@ def test_definitions_are_as_far_apart_as_measured(reference, definition):
 @pytest.mark.parametrize("number", ONE_MANEUVER)
 def test_the_motion_depends_mildly_on_its_start(bicycle, maneuvers, candidate, number):
     """Forward in time |d state(10) / d v0| is at most 2.7, so tens of digits are attainable."""
-    step = Fraction(1, 10**12)  # far above the roundoff of binary128
+    step = Fraction(1, 10**12)  # this step is far above the roundoff of binary128
     m, published = maneuvers[number - 1], candidate[number - 1]
     faster = replace(m, speed=replace(m.speed, rational=m.speed.rational + step))
     a, b = (evaluator(x, 200) for x in (published, integrate(bicycle, faster, "binary128")))
@@ -106,7 +108,8 @@ def test_derived_definitions_are_what_they_say(reference, number):
     def rate(f):
         return (f(after) - f(before)) / (2 * h)
 
-    # Central differences: h^2 / 6 times third derivatives (below 200 / s^3), and roundoff / h.
+    # Central differences have an error of h^2 / 6 times the third derivatives (below 200 / s^3),
+    # plus roundoff divided by h.
     tolerance = 1e-6
     for angle, name in (
         ("roll_angle", "roll_rate"),
@@ -116,7 +119,8 @@ def test_derived_definitions_are_what_they_say(reference, number):
         ("yaw", "yaw_rate"),
     ):
         assert np.abs(rate(lambda v, a=angle: v[a]) - now[name]).max() < tolerance, name
-    # The contact point is one wheel radius from the hub, down the wheel plane.
+    # The contact point is at a distance of one wheel radius from the hub, downwards in the wheel
+    # plane.
     heading = np.array([np.cos(now["yaw"]), np.sin(now["yaw"])])
     left = np.array([-heading[1], heading[0]])
     hub = now["forward_speed"] * heading + 0.3 * now["roll_rate"] * np.cos(now["roll_angle"]) * left

@@ -221,7 +221,7 @@ def test_number_is_the_exact_value_rounded_once_or_twice(rational, pi_multiple):
     a, b = Multiprecision(50), Multiprecision(90)
     x = Exact(rational, pi_multiple)
     scale = abs(a.number(rational)) + 4 * abs(a.number(pi_multiple)) + 1
-    # Four roundings at 50 digits.
+    # The tolerance allows for four roundings at 50 digits.
     assert abs(b.context.mpf(a.number(x)) - b.number(x)) < scale * b.context.mpf("1e-49")
 
 

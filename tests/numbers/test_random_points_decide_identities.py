@@ -47,7 +47,7 @@ def test_equations_are_solved():
     x, y = field.solve([[a, b], [c / e, d]], [e, f])
     assert (x - (e * d - b * f) / (a * d - b * c / e)).is_zero
     assert (a * x + b * y - e).is_zero
-    # Cramer's rule: rows of degree 1 and, over e, 2.
+    # By Cramer's rule, the degrees of the two rows add up: 1, and 2 because of the division by e.
     assert x.top.degree >= 3
     with pytest.raises(ZeroDivisionError):
         field.solve([[a, b], [2 * a, 2 * b]], [e, f])
@@ -78,5 +78,6 @@ def test_zeros_are_met_and_no_more_often_than_counted():
         x, y = field.unknown(), field.unknown()
         wrong = (x - y) * (x - 2 * y) * (x - 3 * y + 1)
         passed += wrong.is_zero
-    # Three lines in a plane of p^2 points, p about 190: about 47 of 3000.
+    # The formula vanishes on three lines in a plane of p^2 points, where p is about 190. So about
+    # 47 of 3000 random points are zeros.
     assert 10 < passed < field.missed(wrong) * runs

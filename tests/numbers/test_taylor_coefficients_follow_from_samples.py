@@ -27,7 +27,7 @@ def test_coefficients_are_those_of_series() -> None:
         state = points.polynomials([[flint.arb(0), flint.arb(1)]])
         (found,) = points.coefficients([formula(points, state[0])])
         # The function is at most 20 for abs(s) = 3, so the folded terms are at most 20 * 2^-64. The
-        # truncation error of the series itself is added.
+        # truncation error of the series itself is 1e-28.
         folded = 20 * analytic.folded(RADIUS, LENGTH + 41) + 1e-28
         assert folded < 1e-25
         for x, y in zip(found, expected, strict=True):

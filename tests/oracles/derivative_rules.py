@@ -19,7 +19,7 @@ def all_hold(kind: Kind) -> bool:
     field.roots.append(root)
     x, angle = root * root, field.angle()
     sin, cos = angle.sin, angle.cos
-    field.atan2 = lambda *_: c  # any number: its slopes do not depend on it
+    field.atan2 = lambda *_: c  # any number would do, because the derivatives do not depend on it
     a, (u, v, turn), slopes = kind(field, [x, y, angle])
     w = u * v
     cases = [

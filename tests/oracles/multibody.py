@@ -73,9 +73,10 @@ class Constraint(Protocol):
 
 @dataclass(frozen=True)
 class SamePoint:
-    """A point of `inner` and one of `outer` move together; arms go from the centres of mass.
+    """The constraint that a point of `inner` and a point of `outer` have the same velocity.
 
-    The reaction is the force on `outer`.
+    Each arm is the vector from the centre of mass of its body to the point. The
+    reaction is the force on `outer`.
     """
 
     number: Arithmetic
@@ -137,7 +138,7 @@ class Rolling:
 
     def rest(self, velocities: Twists) -> Sequence[Number]:
         omega = velocities[self.wheel].angular
-        # The arm is radius u/|u|, u = k - (k.n) n, and the spin does not move the axle n.
+        # The arm is radius * u / |u| with u = k - (k.n) n. The spin does not move the axle n.
         down, n = axes(self.number)[2], self.axle
         n_dot = omega.cross(n)
         u = down - down.dot(n) * n

@@ -280,7 +280,7 @@ def _pose(
     rear = product(rotation(number, x, roll), rotation(number, y, pitch))
     front = product(rear, rotation(number, axis, steer))
     rear_axle, front_axle = rear(y), front(y)
-    # The rear wheel stands on the origin.
+    # The rear wheel stands on the origin of the coordinates.
     hub = -to_rim(number, rear_axle, p["rR"])
     pivot = hub + rear(on_axis - reference["R"])
     across = front_axle.cross(z)
@@ -288,7 +288,8 @@ def _pose(
         roll=roll,
         pitch=pitch,
         steer=steer,
-        # The angle of a wheel about its axle does not matter.
+        # The angle of a wheel about its axle does not matter, so a wheel has the attitude of its
+        # frame.
         attitudes={"R": rear, "B": rear, "H": front, "F": front},
         centres={
             "R": hub,
@@ -358,8 +359,8 @@ def _newton(
         pose = _pose(number, p, roll, pitch, steer)
         hub, n = pose.centres["F"], pose.front_axle
         height = (hub + to_rim(number, n, pose.front_radius)).dot(down)
-        # Everything except the rear wheel turns about the rear axle, and the lowest point of the
-        # front rim is radius sqrt(1 - tilt^2) below its hub.
+        # Everything except the rear wheel turns about the rear axle. The lowest point of the front
+        # rim is radius sqrt(1 - tilt^2) below the front hub.
         turned = pose.rear_axle.cross(hub - pose.centres["R"]).dot(down)
         tilt, tilted = n.dot(down), pose.rear_axle.cross(n).dot(down)
         slope = turned - pose.front_radius * tilt * tilted / number.sqrt(1 - tilt * tilt)
@@ -405,14 +406,15 @@ def _motion(
 
     roll_rate = omega.dot(pose.heading)
     yaw_rate, pitch_rate = _yaw_and_pitch(number, pose, omega)
-    # omega = yaw' k + roll' h + pitch' n; h turns with the yaw, and n with the frame.
+    # The angular velocity is omega = yaw' k + roll' h + pitch' n. The vector h turns with the yaw,
+    # and n turns with the frame.
     heading_dot = yaw_rate * down.cross(pose.heading)
     turning = alpha - roll_rate * heading_dot - pitch_rate * omega.cross(pose.rear_axle)
     yaw_acc, pitch_acc = _yaw_and_pitch(number, pose, turning)
 
     def relative(twists: Twists, inner: str, outer: str, axis: Vector) -> Number:
-        # Also valid for accelerations: the relative angular velocity is along the axis, so the
-        # motion of the axis adds nothing along it.
+        # The formula is also valid for accelerations. The relative angular velocity is along the
+        # axis, so the motion of the axis adds nothing along it.
         return (twists[outer].angular - twists[inner].angular).dot(axis)
 
     kinetic, potential = number.exact(0), number.exact(0)

@@ -208,7 +208,7 @@ class RandomField:
         self._integers: dict[int, Element] = {}
         self._adjoined: int | None = None
 
-    # Operations that formulas need.
+    # Operations that are used in formulas
 
     def element(self, x: Any) -> Element | None:
         """Return the number as an element; None if it is not a number of the field."""
@@ -262,7 +262,7 @@ class RandomField:
             for x in row:
                 below = {i: max(below.get(i, 0), x.below.get(i, 0)) for i in below | x.below}
             tops = [self.over(x, below) for x in row]
-            # A determinant is at most the product of its rows' sums.
+            # A determinant is at most the product of the sums over its rows.
             bits = max(top.bits for top in tops) + len(row).bit_length()
             size *= Size(max(top.degree for top in tops), bits)
         place = self._divisor(size if pure else size**2)
@@ -272,7 +272,7 @@ class RandomField:
             for value in self._eliminate([[x.value for x in row] for row in rows])
         ]
 
-    # Operations that define a point.
+    # Operations that define a point
 
     def unknown(self) -> Element:
         """Return an unknown with a random value."""
@@ -301,7 +301,7 @@ class RandomField:
         size = Size(-(-square.degree // 2), -(-square.bits // 2))
         return Element(self, (0, 1), size, below, False)
 
-    # Computation of the sizes.
+    # Computation of the sizes of numerators and divisors
 
     def over(self, x: Element, below: Divisors) -> Size:
         """Return the size of the numerator after the divisors are extended to these."""
@@ -329,7 +329,8 @@ class RandomField:
     def missed(self, x: Element) -> Fraction:
         """Bound the probability that the formula is not identically zero but zero here."""
         least, log2 = 1 << (self.bits - 1), self.bits - 1
-        # 3/5 x / log x is more than half of x / log2 x.
+        # At least 3/5 x / log x primes lie between x and 2 x, which is more than half of x / log2
+        # x.
         primes = Fraction(least, 2 * log2)
         return Fraction(x.top.bits, log2) / primes + Fraction(x.top.degree, least)
 

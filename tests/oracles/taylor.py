@@ -36,13 +36,13 @@ Coefficients = list[list[flint.arb]]
 """Taylor coefficients in time, by state variable and power."""
 
 ORDER = 50
-_GUARD_BITS = 16  # bits of the grid beyond the precision
-_WORKING_BITS = 32  # bits of the balls beyond the grid
-_FIRST = 12  # number of coefficients found one by one, and length of the Jacobian
-_TOLERANCE_BITS = 4  # bits of the last terms below the precision
+_GUARD_BITS = 16  # additional bits of the stored coefficients, beyond the precision
+_WORKING_BITS = 32  # additional bits of the balls, beyond the stored coefficients
+_FIRST = 12  # number of coefficients that are found one by one, and number of terms of the Jacobian
+_TOLERANCE_BITS = 4  # the last terms are this many bits below the precision
 _RASTER = 2**10  # steps are multiples of 1 s / _RASTER
-_LAST_TERMS = 3  # number of terms whose size limits the step
-_VARIABLES = 6  # without the yaw
+_LAST_TERMS = 3  # number of last terms whose size limits the step
+_VARIABLES = 6  # number of state variables without the yaw
 
 
 def integrate(
@@ -62,7 +62,8 @@ def integrate(
             coefficients = expansion.coefficients([flint.arb(n) / 2**grid for n in state])
             h = _step(coefficients, 2.0 ** -(bits + _TOLERANCE_BITS), end - breaks[-1])
             step = flint.arb(h.numerator) / h.denominator
-            # The first coefficient is the state, to which the rounded others are added exactly.
+            # The first coefficient is the state itself. Adding the other coefficients, which are
+            # rounded, is exact.
             piece = tuple(
                 tuple(_to_grid(c * step**power, grid) for power, c in enumerate(row))
                 for row in coefficients
@@ -106,7 +107,7 @@ class _Expansion:
         while len(known[0]) <= self.order:
             self._extend(known, jacobian)
 
-        # The yaw is an integral on which nothing depends.
+        # The yaw is an integral, and no other variable depends on it.
         a = PowerSeries(self.bits, self.order)
         with a.precision():
             o, u = unfold(self.k, a, [a.series(row[:-1]) for row in known], is_regular=True)
@@ -118,7 +119,8 @@ class _Expansion:
         """Append as many coefficients by a Newton step as the Jacobian's length allows."""
         n = len(known[0])
         length = min(n + len(jacobian) + 1, self.order + 1)
-        # p' has no terms from s^(n-1) on, so f(p) - p' has those of f(p) there.
+        # The derivative p' has no terms from s^(n-1) on. There the terms of f(p) - p' are those of
+        # f(p).
         defect = self._rates(known, length - 1)
         added: list[flint.arb_mat] = []
         for power in range(n, length):

@@ -156,7 +156,7 @@ def axes(number: Arithmetic) -> tuple[Vector, Vector, Vector]:
 def rotation(number: Arithmetic, axis: Vector, angle: Number) -> Matrix:
     """Return the rotation about a unit vector, by Rodrigues' formula."""
     s, c = number.sin(angle), number.cos(angle)
-    # Row i is the image of the axis i under the opposite rotation.
+    # Row i of the matrix is axis i, rotated in the opposite direction.
     x, y, z = (c * e - s * axis.cross(e) + ((1 - c) * axis.dot(e)) * axis for e in axes(number))
     return Matrix((x, y, z))
 

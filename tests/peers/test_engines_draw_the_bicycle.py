@@ -41,9 +41,10 @@ def test_pictures_show_rider_and_bicycle(name, tmp_path, monkeypatch):
             hue = part / np.maximum(np.linalg.norm(part, axis=2, keepdims=True), 1)
             shirt = hue @ near("shirt") > 0.998
             frame = hue @ near("frame") > 0.995
-            # The rider's back is 0.6 m wide and tubes are 2 cm thick, at 150 pixels per metre.
+            # The picture has 150 pixels per metre. The rider's back is 0.6 m wide, and tubes are 2
+            # cm thick.
             assert shirt.sum() > 1000, (view, column)
             assert frame.sum() > 50, (view, column)
-            # The camera follows: the shirt stays near the middle of the picture.
+            # The camera follows the bicycle, so the shirt stays near the middle of the picture.
             _, columns = np.nonzero(shirt)
             assert abs(columns.mean() / part.shape[1] - 0.5) < 0.2, (view, column)

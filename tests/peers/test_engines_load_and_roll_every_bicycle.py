@@ -21,10 +21,11 @@ MANEUVER, SECONDS = 2, 1.0
 ROUNDOFF = 1e-12
 STEPS = 2000
 BITS = 128
-FALLEN = 0.8  # roll [rad]
-LEAST_MASS, LEAST_RADIUS = 0.1, 0.1  # of a wheel [kg, m]
-# Limits of the errors after the second, relative to the largest angle in it. The contact of engines
-# has errors of first order in the step. Pinocchio rolls by constraints, without contact.
+FALLEN = 0.8  # roll angle that counts as a fall [rad]
+LEAST_MASS, LEAST_RADIUS = 0.1, 0.1  # least mass [kg] and radius [m] of a wheel that is tested
+# Limits of the errors after one second, relative to the largest angle during it. In engines with
+# contact, the errors are of first order in the step. Pinocchio rolls by constraints, without
+# contact.
 BOUNDS = {"mujoco": 0.02, "pinocchio": 1e-6}
 BOUND = 0.2
 
@@ -89,7 +90,8 @@ def test_every_bicycle(name, maneuvers, tmp_path):
         right_roll, right_steer, largest = right
         error = np.abs([roll - right_roll, steer - right_steer]) / largest
         print(f"{name} {other}: roll and steer angle off by {error} of their largest values")
-        # Contact fails for wheels of a milligram, or as small as a coin: these are not tested.
+        # Contact fails for wheels with a mass of a milligram or the size of a coin, so such
+        # bicycles are not tested.
         if min(float(bicycle[x]) for x in ("mR", "mF")) > LEAST_MASS and (
             min(float(bicycle[x]) for x in ("rR", "rF")) > LEAST_RADIUS
         ):

@@ -20,10 +20,11 @@ from support.model_files import posed
 pytestmark = [pytest.mark.peers, pytest.mark.timeout(600)]
 
 STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
-# Largest differences, relative to 1 + the value or to the matrix, for DART and for all others.
+# Largest differences for DART and for all other engines, relative to 1 + the value or to the size
+# of the matrix.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
-# Larger limits by level, for the rounding of 15 equations with masses from 2 to 94 kg.
+# Larger limits for two levels. Solving their 15 equations with masses from 2 to 94 kg rounds more.
 SOLVED = {"accelerations": 1e-12, "forces": 2e-12}
 
 
@@ -125,7 +126,7 @@ def test_a_mistake_is_found_at_its_level(name, mistake, level, exported, states,
     assert found.failed.level.name == level
 
 
-# Silent changes and rejections by engines, as listed in docs/how-to/engines.md.
+# Tests of silent changes and rejections by engines, as listed in docs/how-to/engines.md
 
 
 def test_mujoco_welds_the_base_of_a_urdf_to_the_ground(exported, bicycle):

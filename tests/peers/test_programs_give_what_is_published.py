@@ -14,12 +14,14 @@ RUNS = {
     name: said["runs"]
     for name, said in json.loads(DOCUMENT.read_text(encoding="utf-8"))["programs"].items()
 }
-# The same version on the same kind of processor reproduced all bytes, measured with MuJoCo,
-# PyBullet, Pinocchio, Drake, Simbody, ODE and IDA. Other processors, compilers and libraries round
-# differently. This moves steps and iterations that depend on a tolerance, and so changes the error
-# by a part of itself. A factor of two indicates another method or setting.
+# On the same kind of processor, the same version of a program reproduced all bytes. This was
+# measured with MuJoCo, PyBullet, Pinocchio, Drake, Simbody, ODE and IDA. Other processors,
+# compilers and libraries round differently. This moves steps and iterations that depend on a
+# tolerance, and changes the error by less than the error itself. A factor of two indicates a
+# different method or setting.
 FACTOR = 2.0
-# [s] for deriving or compiling, and for the run; the cheaper runs take less than 20 s
+# [s] time limit for deriving or compiling a program, and for its run. The cheaper programs take
+# less than 20 s.
 SECONDS = 600
 
 

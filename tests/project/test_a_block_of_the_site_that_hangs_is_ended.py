@@ -15,7 +15,8 @@ from heyoka_bike.system.resources import data_folder
 
 SITE = data_folder().parent / "docs" / "_site"
 SHELL = ("bash", "-e", "-o", "pipefail", "-s")
-# Long enough for a shell to start a program on a busy machine, but short for a program that hangs.
+# [s] This time is long enough for a shell to start a program on a busy machine, but short compared
+# with a program that hangs.
 SECONDS = 2.0
 HANGS = "sleep 1000 & echo $! > pid; echo begun; wait"
 

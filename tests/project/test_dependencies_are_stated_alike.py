@@ -15,7 +15,7 @@ from heyoka_bike.version import __version__
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-# Packages with another name in conda-forge
+# Packages whose name in conda-forge differs from that on PyPI
 CONDA = {"heyoka": "heyoka.py"}
 
 

@@ -24,7 +24,7 @@ def records():
             for name, thing in vars(import_module(info.name)).items():
                 if isinstance(thing, type) and name[0] != "_":
                     if is_dataclass(thing):
-                        # Fields without those of a base class
+                        # Only the fields of the class itself, without those of its base class
                         own = inspect.get_annotations(thing)
                         yield thing, own, [f.name for f in fields(thing)]
                     elif issubclass(thing, tuple) and hasattr(thing, "_fields"):

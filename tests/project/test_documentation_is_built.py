@@ -55,7 +55,7 @@ def test_the_table_of_findings_is_that_of_the_code():
     made = module(DOCS / "_site" / "findings_table.py")
     text = made.PAGE.read_text(encoding="utf-8")
     assert made.page(text) == text, "run python docs/_site/findings_table.py"
-    # Every class of evidence has a row, except base classes.
+    # The table has a row for every class of evidence, except for base classes.
     classes = [*made.classes().values(), Evidence]
     bases = {base for c in classes for base in c.__mro__[1:]}
     assert {c.__name__ for c in classes if c not in bases} == {*made.findings()}
@@ -88,7 +88,7 @@ def test_commands_of_pages_that_are_not_run_by_the_site_work(folder, tmp_path, m
     shutil.copyfile(data_folder() / "peers" / "exudyn-h0.001.txt", "my-results.txt")
     shutil.copytree(folder, "my-reference")
     lines = [line for name in ("verify.md", "replay.md") for line in sh_lines(name)]
-    # An atlas takes minutes and has its own tests.
+    # Commands that make an atlas are left out: an atlas takes minutes and has its own tests.
     lines = [line for line in lines if ".zarr" not in line]
     assert len(lines) == 7
     for line in lines:
@@ -127,6 +127,6 @@ def test_the_site_builds_without_a_warning(folder, tmp_path):
     _, home = addresses()
     for page in html.values():
         assert home not in page, "a link of the site itself is not relative"
-        # No script, style sheet or image is loaded from another site.
+        # The page loads no script, style sheet or image from another site.
         assert not re.search(r"<(?:script|link|img)\b[^>]*(?:src|href)=\"https?:", page)
     assert {p.name: p.stat().st_mtime_ns for p in folder.iterdir()} == before

@@ -13,7 +13,7 @@ from redirects import moved
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"
-# The paper is not a page: its figures are made when it is built.
+# The paper is left out because it is not a page of the site: its figures are made when it is built.
 PAGES = sorted(
     p for p in DOCS.rglob("*.md") if not {"_build", "paper"} & {*p.relative_to(DOCS).parts}
 )

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# For each contract: a package, and a module that it must not import.
+# For each contract: a package, and a module that the contract forbids it to import.
 WRONG = {
     "Each wing uses only those below it": ("numbers", "heyoka_bike.scoring"),
     "Inside the workbench": ("workbench/fast", "heyoka_bike.workbench.bench"),
@@ -24,7 +24,7 @@ WRONG = {
         "showing/formats", "rich",
     ),
     "heyoka is used through its adapter": ("workbench/atlas", "heyoka"),
-    # Mistakes are applied to programs; a program must not import them.
+    # Mistakes are applied to programs, so a program must not import the mistakes.
     "No circles anywhere": (
         "scoring/diagnosis/programs", "heyoka_bike.scoring.diagnosis.mistakes",
     ),

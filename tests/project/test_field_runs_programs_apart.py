@@ -112,10 +112,11 @@ def test_the_best_run_is_the_most_right_one_within_the_budget():
 @pytest.mark.parametrize(
     ("measure", "found", "asked"),
     [
-        # Two successive refinements that gain less than 0.15 digits end a sweep.
+        # A sweep of steps ends after two successive refinements that gain less than 0.15 digits
+        # each.
         ("step", [1, 2, 2.1, 2.05], [1, 0.5, 0.25, 0.125]),
         ("step", [1, 0.9, 2, 1.9, 2.1, 9], [1, 0.5, 0.25, 0.125, 0.0625]),
-        # Failures only count after the first successful run.
+        # Failures count only after the first successful run.
         ("step", [None, None, None, 2, None, 3, None, None], [0.5**i for i in range(8)]),
         # A tolerance is reduced to the rounding unit, or until two successive runs fail.
         ("tolerance", [2] * 16, [0.1**i for i in range(16)]),
@@ -148,7 +149,7 @@ def test_a_sweep_ends_where_the_next_run_would_take_too_long_or_is_beyond_roundi
     values, run = tried(lambda n: 1.1 * 2**n)
     field.sweep("step", {"from": 1}, run)
     assert 1.1 * 2 ** len(values) > measured.BUDGET > 1.1 * 2 ** (len(values) - 1)
-    # The cost of the next tolerance is extrapolated from the last increase.
+    # The cost of the next tolerance is extrapolated from the last increase of the cost.
     values, run = tried(lambda n: 1.1 * 1.5**n)
     field.sweep("tolerance", {"from": 1e-3}, run)
     assert 1.1 * 1.5 ** len(values) > measured.BUDGET > 1.1 * 1.5 ** (len(values) - 1)
@@ -183,8 +184,8 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
         ("b", "H2", "this"),
     ):  # fmt: skip
         assert again.line(name, asked, made_of) is None
-    # On another machine the runs of the benchmark are not reused. The extended runs name their
-    # machine.
+    # Runs of the benchmark from a different machine are not reused. The extended runs name the
+    # machine that made them.
     elsewhere = measured.Document.of(path, "elsewhere", [])
     assert elsewhere.line("a", "H1", "this") is elsewhere.line("b", "H4", "this") is None
     assert elsewhere.content["harder"]["machine"] == "here"
@@ -238,7 +239,7 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
     text = asked.text(rows, [17] * 24)
     short = asked.shortened(text, reference)
     first, *others = (word.lstrip("-0.") for word in short.splitlines()[500].split()[1:])
-    # An error of 1e-5, relative to the largest lean of 0.18 rad, is 4.3 digits.
+    # A lean error of 1e-5, relative to the largest lean of 0.18 rad, is 4.3 correct digits.
     assert len(first) <= 7 < min(map(len, others))
     whole, part = asked.judge(text, reference), asked.judge(short, reference)
     assert part["scd"]["roll_angle"] == pytest.approx(whole["scd"]["roll_angle"], abs=0.03)
@@ -268,7 +269,7 @@ def test_the_race_is_among_the_cheapest_runs_that_pass_in_maneuver_2():
 
     programs = {
         "a": program("a/x.py", run(4, 3, 1e-4), run(3, 2, 9e-4), run(9, 1, 2e-3)),
-        # This step is finer than 8, but happened to run faster.
+        # The step of size 7 is finer than that of size 8, but its run happened to be faster.
         "b": program("a/y.py", run(8, 1.6, 1e-4), run(7, 1.5, 1e-4), run(9, 0.5, 0, "crashed"),
                      run(9, 5, 1e-4, family="y")),
         "c": program("c/x.py", run(1, 1, 1e-2)),
@@ -350,7 +351,8 @@ def test_rows_that_are_proved_alone_are_those_of_the_set(reference, tmp_path):
         for part in ("hi", "lo"):
             ours, published = (getattr(m.rows, part)[name] for m in (short, whole))
             assert np.array_equal(ours, published[:11]), (name, part)
-            # A run with 70 digits rounds in the same way, except where the exact value is zero.
+            # The values that were only computed, with 70 digits, are rounded to the same numbers as
+            # the proved ones. They differ only where the exact value is zero.
             found_too = getattr(computed[2].rows, part)[name]
             assert np.abs(found_too - ours).max() < 1e-60, (name, part)
     middle = short.evaluate("0.055", "roll_angle")["roll_angle"]

@@ -124,9 +124,10 @@ def test_errors_are_the_differences_of_the_text_files(reference, folder, number)
         e = found["mechanical_energy"]
         assert energies[label].get_ydata()[-1] == pytest.approx(100 * (e.max() - e.min()) / e[0])
         assert (energies[label].get_xdata() == found["time"]).all()
-        if name.startswith("scipy"):  # SciPy's run uses the default definitions
+        if name.startswith("scipy"):  # only SciPy's run uses the default definitions
             worst = max(np.abs(found[c] - exact[c]).max() / np.abs(exact[c]).max() for c in STATE)
-            # The text has 17 digits, so the difference loses 1e-15 of the scale.
+            # The text has 17 digits, so the difference of two columns has an error of 1e-15 of the
+            # scale.
             assert drawn[label].get_ydata()[-1] == pytest.approx(100 * worst, rel=1e-4)
     for line in (*drawn.values(), *energies.values()):
         assert (np.diff(line.get_ydata()) >= 0).all()
@@ -246,7 +247,7 @@ def test_bicycle_is_drawn_to_scale(reference, bicycle):
         np.hypot(e[0] - a[0], e[1] - a[1]) for a, e in arrows if a in {(0.0, r_rear), (w, r_front)}
     ]
     assert sorted(spokes) == pytest.approx([r_rear, r_front])
-    # Both directions have the same scale.
+    # The horizontal and the vertical direction have the same scale.
     figure_box = side.get_position()
     wide, high = (np.ptp(x) for x in (side.get_xlim(), side.get_ylim()))
     size = side.figure.get_size_inches()
@@ -263,7 +264,7 @@ def test_angles_are_positive_to_the_right(reference):
     (lean,) = arcs(behind)
     assert lean[-1, 0] > lean[0, 0] == pytest.approx(0.0, abs=1e-12)
     yaw, steer = arcs(above)
-    # Seen from above, right is downwards in the figure.
+    # The bicycle is seen from above, so a turn to the right is drawn downwards.
     assert yaw[0, 1] == 0.0 > yaw[-1, 1]
     assert steer[-1, 1] < steer[0, 1]
 
@@ -315,7 +316,7 @@ def test_certified_bound_is_above_the_true_error_and_is_the_published_one(
     stairs = ax.patches[0].get_data()
     (error,) = (x for x in ax.lines if "true error" in x.get_label())
     published = json.loads((folder / "certificate.json").read_text())["maneuvers"][2]["bound"]
-    # The published bounds have three digits and are rounded up.
+    # The published bounds are rounded up to three digits.
     assert stairs.values.max() <= float(published) < 1.01 * stairs.values.max()
     piece = np.clip(np.searchsorted(stairs.edges, error.get_xdata()) - 1, 0, None)
     assert (error.get_ydata() <= stairs.values[piece]).all()
@@ -352,15 +353,16 @@ def test_the_cycle_drawn_is_the_one_of_the_page(panels, page, reference):
     beginning, cycle = panels["portrait"].lines
     for values, what in zip(cycle.get_data(), ("roll", "steer"), strict=True):
         largest = said(page["cycle"], f"largest {what} angle [rad]")
-        # The points are 1/200 s apart, so the maximum is missed by at most 1/30,000 of it.
+        # The drawn points are 1/200 s apart, so the largest of them is below the maximum by at most
+        # 1/30,000 of it.
         assert 0 <= largest - values.max() < 4e-5 * largest
         assert 0 <= largest + values.min() < 4e-5 * largest
-        # The cycle is closed up to rounding, about 1e-14 in 200 s.
+        # The cycle returns to its beginning up to the rounding errors of 200 s, about 1e-14.
         assert values[-1] == pytest.approx(values[0], abs=1e-13)
     times = np.linspace(0.0, 10.0, len(beginning.get_xdata()))
     exact = reference[1].evaluate(times, ("roll_angle", "steer_angle"))
     for values, name in zip(beginning.get_data(), ("roll_angle", "steer_angle"), strict=True):
-        # Rounding of binary64: about 1e-15.
+        # The values are rounded to binary64, which is an error of about 1e-15.
         assert np.abs(values - exact[name]).max() < 1e-13
 
 
@@ -373,8 +375,8 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     largest = said(page["cycle"], "largest roll angle [rad]")
     assert np.abs(np.abs(np.abs(roll) - largest) - distance[time < 10]).max() < 1e-13
     period = said(page["cycle"], "period [s]")
-    # After the other modes have decayed, and well above rounding, each distance is the previous one
-    # times the multiplier of half a period, to 0.1 %.
+    # In these rows the other modes have decayed, and the distance is well above rounding. So each
+    # distance is the previous one times the multiplier of half a period, to 0.1 %.
     settled = (distance < 1e-6) & (distance > 1e-11)
     assert settled.sum() > 40
     half = said(page["cycle"], "half-period multiplier 1")
@@ -382,11 +384,11 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     assert np.abs(ratio / -half - 1).max() < 1e-3
     (start, end), (first, last) = line.get_data()
     floquet = said(page["cycle"], "Floquet multiplier 1")
-    # That error of 0.1 % at both ends of 23 periods.
+    # The line has errors of 0.1 % at both ends. They are spread over 23 periods.
     assert (last / first) ** (period / (end - start)) == pytest.approx(floquet, rel=1e-4)
     on_line = first * (last / first) ** ((time[settled] - start) / (end - start))
     assert np.abs(on_line / distance[settled] - 1).max() < 1e-3
-    # The numbers have four decimals.
+    # The figure shows the numbers with four decimals.
     assert numbers_in(ax) == pytest.approx([floquet, period], abs=5e-5)
 
 
@@ -399,14 +401,14 @@ def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, re
     assert np.abs(np.abs(roll) - lean[time < 10]).max() < 1e-13
     weave = said(page["settling"], "eigenvalue at that speed, weave [1/s]")
     (start, end), (first, last) = line.get_data()
-    # The eigenvalue belongs to the speed as a binary64 number.
+    # The eigenvalue belongs to the speed that is rounded to binary64.
     assert np.log(last / first) / (end - start) == pytest.approx(weave, rel=1e-12)
-    # After 50 s the capsize mode has decayed to 1e-5; the runs are rounded to 2^-69.
+    # After 50 s the capsize mode has decayed to 1e-5. The runs are rounded to 2^-69.
     late = (time > 50) & (lean > 1e-15)
     assert late.sum() > 30
     on_line = first * (last / first) ** ((time[late] - start) / (end - start))
     assert np.abs(on_line / lean[late] - 1).max() < 1e-4
-    # The curve ends where rounding dominates.
+    # The curve ends at the time when rounding begins to dominate.
     assert end == ax.get_xlim()[1] == pytest.approx(time[lean > after.ROUNDOFF][-1], abs=1.0)
     speed = said(page["settling"], "final speed [m/s]")
     assert numbers_in(ax) == pytest.approx([speed, weave], abs=5e-5)
@@ -418,19 +420,20 @@ def test_the_fall_drawn_ends_where_the_page_says(panels, page):
     lift = said(fall, "lift-off, time [s]")
     roll, at_roll = panels["roll"].lines
     floor, rear, front, at_force = panels["forces"].lines
-    # By then, errors of binary64 have grown to about 1e-8 (rad and s).
+    # Until the lift-off, errors of binary64 grow to about 1e-8 (rad and s).
     for line in (roll, rear, front, at_roll, at_force):
         assert line.get_xdata()[-1] == pytest.approx(lift, abs=1e-7)
     for line in (roll, at_roll):
         angle = said(fall, "roll angle at the lift-off [rad]")
         assert line.get_ydata()[-1] == pytest.approx(angle, abs=1e-7)
-    # The force changes by 5e5 N/s there.
+    # At the lift-off the force changes by 5e5 N/s, so an error in time causes an error of the
+    # force.
     for line in (rear, at_force):
         assert line.get_ydata()[-1] == pytest.approx(0.0, abs=1e-2)
     force = said(fall, "normal force on the front wheel at the lift-off [N]")
     assert front.get_ydata()[-1] == pytest.approx(force, abs=1e-2)
     greatest = roll.get_ydata().argmax()
-    # The points are a millisecond apart, and the curve is flat there.
+    # The points are a millisecond apart, and the curve is flat at its maximum.
     when = said(fall, "largest roll angle, time [s]")
     assert roll.get_xdata()[greatest] == pytest.approx(when, abs=3e-3)
     largest = said(fall, "largest roll angle [rad]")

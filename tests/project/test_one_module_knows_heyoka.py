@@ -28,7 +28,7 @@ def uses(text):
         for x in calls
         if isinstance(x.args[0], ast.Constant) and x.args[0].value == "heyoka"
     }
-    # An integrator's name in a table is not an import.
+    # A table may contain the name of an integrator, which is not an import.
     imports &= {"required", "import_module", "importlib.import_module", "__import__"}
     return imports | {x.attr for x in ast.walk(tree) if isinstance(x, ast.Attribute)} & API
 

@@ -82,8 +82,8 @@ def test_every_block_that_prints_has_its_output_below(page):
             assert found["below"] or ("needs" in asked and there in text), found["source"]
 
 
-# These are the pages that a new user reads first. Building the site compares the outputs of all
-# pages.
+# These are the pages that a new user reads first. The outputs of all pages are compared when the
+# site is built.
 @pytest.mark.proof
 @pytest.mark.parametrize("name", ["start.md", "diagnosis.md", "check.md"])
 def test_outputs_are_what_the_commands_print(name):

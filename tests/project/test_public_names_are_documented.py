@@ -62,7 +62,7 @@ def test_every_name_is_documented_at_one_path():
 
 def test_the_table_of_names_is_that_of_the_package():
     rows = re.findall(r"^\| [a-z ]+ \|(.*)\|$", PAGE, re.MULTILINE)
-    properties = {"motion", "sensitivities"}  # of `Reference`
+    properties = {"motion", "sensitivities"}  # these properties belong to `Reference`
     named = {x for row in rows for x in re.findall(r"`(\w+)`", row)}
     assert sorted(named - properties) == PUBLIC
 

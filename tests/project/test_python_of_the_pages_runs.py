@@ -16,7 +16,7 @@ ROOT = data_folder().parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 _BLOCK = re.compile(r"^```(?:\{run\} )?python\b([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-# Blocks that need more than this test has: what they need, and where they are tried.
+# Blocks that this test cannot run: their needs, and the place where they are tested instead.
 ELSEWHERE = {
     "docs/after-ten-seconds.md": "runs of minutes; when the site is built",
     "docs/atlas.md": "an atlas; tests/workbench/test_an_atlas_says_what_becomes.py",

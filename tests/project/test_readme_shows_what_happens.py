@@ -30,7 +30,8 @@ def test_the_scored_tables_are_printed_by_the_command_above_them(
     printed = capsys.readouterr().out.replace(f"{ROOT}/", "").splitlines()
     shown = [line for line in blocks[at][1].splitlines() if line and line != "..."]
     assert len(shown) > 20
-    # Here the path is longer, so the verdict is wrapped differently. Only the table is compared.
+    # Here the path of the file is longer than in the README, so the verdict is wrapped differently.
+    # Only the table is compared.
     table = shown[next(i for i, line in enumerate(shown) if line.startswith("correct digits")) :]
     after = 0
     for line in table:

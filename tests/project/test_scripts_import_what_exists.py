@@ -34,7 +34,7 @@ def exists(module, name):
         found = import_module(module)
         return name is None or hasattr(found, name) or bool(import_module(f"{module}.{name}"))
     except ModuleNotFoundError as error:
-        # If another package is missing here, nothing follows for the names.
+        # If a package other than heyoka_bike is missing, the error shows nothing about the names.
         return not (error.name or "").startswith("heyoka_bike")
 
 

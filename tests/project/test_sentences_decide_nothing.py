@@ -25,7 +25,8 @@ def findings_read(text):
     makes_them = "scoring.findings import" in text
     for scope in _scopes(ast.parse(text)):
         names = set()
-        # A name may be defined by another one that comes later, so all nodes are visited twice.
+        # The definition of one name may use another name that is defined later, so all nodes are
+        # visited twice.
         for node in [*scope, *scope]:
             if isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
                 target = node.arg if isinstance(node, ast.arg) else ast.unparse(node.target)

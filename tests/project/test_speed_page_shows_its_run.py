@@ -58,7 +58,8 @@ def test_figures_are_drawn_from_the_run(run):
 
 def test_energy_alone_is_no_measure():
     found = energy_alone()
-    # The page is about a run that meets the energy limit by nearly a tenth and is wrong by 31 %.
+    # The page is about a run that meets the energy limit in maneuver 2, although its roll angle in
+    # maneuver 1 is wrong by 31 %.
     assert found[1][0] < 1e-3
     assert found[0][1] > 0.3
     assert energy_table(found) in PAGE.read_text()

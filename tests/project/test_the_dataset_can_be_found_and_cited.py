@@ -65,7 +65,8 @@ def test_every_schema_has_a_name_of_its_own():
     for path in SCHEMAS:
         schema = json.loads(path.read_text(encoding="utf-8"))
         jsonschema.Draft202012Validator.check_schema(schema)
-        # The identifier is made from name and major version, so a copied one is wrong.
+        # The identifier is derived from the name and the major version, so a copied identifier is
+        # wrong.
         name = path.name.removesuffix(".schema.json")
         assert schema["$id"] == f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_OID, f'heyoka_bike {name}')}"
         assert re.search(r"-\d+$", name)

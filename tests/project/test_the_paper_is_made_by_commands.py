@@ -20,24 +20,25 @@ TEXT = (HERE / "paper.md").read_text(encoding="utf-8")
 CALLS = sorted(set(PLACE.findall(TEXT)))
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-# Text that may contain digits
+# Names and phrases in which digits are allowed
 NAMES = (
-    r"eq\. \(1\)",  # the benchmark's own name
-    r"maneuvers? [123]\b",  # the benchmark's own name
+    r"eq\. \(1\)",  # an equation number of the benchmark
+    r"maneuvers? [123]\b",  # names of the benchmark's maneuvers
     r"binary(64|128)",  # number formats
     r"SHA-256",
     r"SciPy's DOP853",
     r"HDF5",
-    r'`--require "scd >= 6"`',  # an example of an option
+    r'`--require "scd >= 6"`',  # example of an option
     r"^\d\. ",  # numbered conditions
     r"\| [123] \|",  # maneuvers in the table of bounds
 )
-# Numbers allowed in formulas: ends of intervals, coefficients of a theorem, and the 100 of eq. (1).
+# Numbers that are allowed in formulas: the ends of intervals, the coefficients of a theorem, and
+# the 100 of eq. (1).
 _FORMULA = re.compile(r"\$\$.*?\$\$|\$[^$]+\$", re.DOTALL)
 _IN_FORMULAS = {"0", "1", "2", "100"}
 _SYMBOLS = re.compile(r"_\{?\d+\}?")  # indices, and the base of a logarithm
-# Spelled numbers that no placeholder gives. Allowed are numbers up to four, for things listed next
-# to them, and a thousandth, which is defined.
+# Spelled numbers, which a placeholder must give. Only two kinds are allowed: numbers up to four for
+# things that are listed next to them, and a thousandth, which is defined.
 _SPELLED = re.compile(
     r"\b(five|six|seven|eight|nine|ten|eleven|twelve|dozen|\w+teen|twenty|\w+ty-\w+|thirty|forty"
     r"|fifty|sixty|seventy|eighty|ninety|hundred|thousand|million|billion|half)s?\b",
@@ -48,7 +49,7 @@ _SPELLED = re.compile(
 def bare_numbers(text):
     """Numbers in a text of the paper that are not the output of a command."""
     text = PLACE.sub("", text)
-    # The reader types commands and Python; their output must be a placeholder.
+    # Readers type commands and Python code themselves. The output of both must be a placeholder.
     text = _FENCE.sub(lambda block: "" if block[1] in ("sh", "python") else block[2], text)
     found = [
         n for formula in _FORMULA.findall(text)

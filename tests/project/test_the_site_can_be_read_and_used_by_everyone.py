@@ -61,7 +61,8 @@ def test_headings_and_columns_are_told(built):
     assert said == ""
     assert {"index.html", "other.html", "search.html", "genindex.html"} <= {*html}
     for name, text in html.items():
-        captions = 2 if name == "index.html" else 1  # in the side bar, and on the page itself
+        # One caption is in the side bar, and one is on the page itself.
+        captions = 2 if name == "index.html" else 1
         assert text.count('role="heading" aria-level="2"') == captions, name
         assert text.count('<aside class="sidebar-drawer" aria-label="Site navigation">') == 1
         assert text.count("<h1") == 1, name

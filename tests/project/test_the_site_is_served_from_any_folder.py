@@ -107,7 +107,7 @@ def test_links_of_these_parts_resolve_in_a_subfolder(site):
         checked, found = broken(address, f"/{FOLDER}/", [f"/{FOLDER}/data/", f"/{FOLDER}/judge/"])
         assert found == []
         assert len(checked) > 20
-        # The check finds broken links, and links out of the folder.
+        # The check must find broken links, and links that leave the folder.
         bad = site / FOLDER / "bad.html"
         bad.write_text('<a href="no.html"><a href="#no"><a href="/x"><a href="#p" id="p">', "ascii")
         _, found = broken(address, f"/{FOLDER}/", [f"/{FOLDER}/bad.html"])

@@ -83,7 +83,7 @@ def test_what_is_not_run_shows_what_the_page_has(built):
     assert ">of before\n<" in html
     assert note.format("it takes long") in html
     assert PICTURE in html
-    # Without the flag the block is run.
+    # Without the flag -D run_long=0, the block is run.
     assert "exit code 1" in built(figure)[0]
 
 

@@ -18,7 +18,7 @@ OF_PAGES = {
     if p.suffix == ".py" or (p / "__init__.py").exists()
 }
 
-# Each package may import those before it.
+# Each package may import only the packages before it in this list.
 LAYERS = ("corpus", "oracles", "generators", "games", "support")
 # Packages of the tests that the scripts of the pages may use.
 SHARED = {"oracles", "generators"}

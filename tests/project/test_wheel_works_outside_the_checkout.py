@@ -102,8 +102,8 @@ def test_it_scores_and_says_what_it_cannot(site):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        # The dataset in the wheel equals that of the checkout, byte by byte; here a small one saves
-        # time.
+        # The dataset in the wheel equals the dataset of the checkout, byte by byte. A small dataset
+        # is used here to save time.
         (["verify", SMALL], "0 failed"),
         (["linear"], "6.02426201538836"),
         (["animate", "-o", "replay.html"], "replay.html"),

@@ -118,7 +118,7 @@ def test_a_hostile_column_is_refused_by_every_command(copy, capsys, make, monkey
         assert code in (1, 3), words
         named = [line for line in lines if "roll_angle" in line or "content_sha256" in line]
         assert named, (words, lines)
-        # `verify` prints one line for each failed check, the other commands a single line.
+        # For each failed check `verify` prints one line. The other commands print a single line.
         assert len(lines) == 1 or words[0] == "verify"
 
 
@@ -255,7 +255,7 @@ def test_other_units_and_another_licence_are_not_certified(
     copy, capsys, file, place, attribute, text
 ):
     with h5py.File(copy / file, "r+") as f:
-        # A custom dataset states no licence.
+        # A custom dataset does not state a licence.
         is_known = attribute in f[place].attrs
         assert is_known == (attribute != "license")
         f[place].attrs[attribute] = text

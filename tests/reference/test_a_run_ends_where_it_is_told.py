@@ -132,7 +132,7 @@ def test_a_set_until_the_fall_is_whole_and_proved(bicycle, toppling, tmp_path, c
     document = json.loads((out / "certificate.json").read_text())
     assert document["inputs"]["maneuvers"][0]["duration"] == str(maneuver.duration)
     assert main(["verify", str(out)]) == 0
-    # Repeating the command changes nothing.
+    # When the command is repeated, it writes nothing.
     assert main([*arguments, "--until", "fall"]) == 0
     assert "nothing written" in capsys.readouterr().out
 
@@ -155,7 +155,7 @@ def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
     errors = [abs(float(x - y)) for x, y in zip(*ends, strict=True)]
     assert max(errors) > 1e-16
     assert all(e <= b for e, b in zip(errors, bounds, strict=True))
-    # The bound is useful: it is within a few thousand times the error.
+    # The bound is useful: it is at most a few thousand times as large as the error.
     assert max(bounds) < 1e-11
     monkeypatch.setattr(circle, "SMALLER", (1,))
     monkeypatch.setattr(circle, "SMALLER_STILL", ())

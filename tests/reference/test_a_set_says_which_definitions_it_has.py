@@ -49,9 +49,9 @@ def test_sets_of_every_kind_load_and_score(kind, version, capsys):
     known = [c for of in definitions.values() for c in of]
     follow = [c for c in known if c in FOLLOWING]
     assert len(reference[1].columns) == len(known) - len(follow) == count
-    # From 1.3.0 on a dataset has the columns that these definitions follow from.
+    # Since version 1.3.0, a dataset contains the columns that determine these definitions.
     assert follow if version < "1.3.0" else len(follow) == len(FOLLOWING)
-    # Other definitions than the default are recognised, if the dataset has them.
+    # If the dataset contains definitions other than the default, they are recognised.
     names = ["roll_angle_zyx", "roll_rate_body_x", "forward_speed_com_norm", *BENCHMARK_COLUMNS[3:]]
     report = score(rows_of(reference, names), reference, maneuver=1)
     for c in report[1].columns:
@@ -82,7 +82,7 @@ def test_a_column_that_an_older_set_has_at_its_rows_only(kind):
     with pytest.raises(InputError, match="rear_hub_x: this dataset has it at the rows only"):
         m.evaluate("0.01", "rear_hub_x")
     assert set(m.evaluate("0.01")) == m.at_any_time
-    # The friction demand follows from forces, which have dense segments.
+    # The friction demand follows from the forces, which have dense output.
     assert {"rear_friction", "com_x"} <= m.at_any_time
     whole = reference.with_motion()
     results = rows_of(whole, (*BENCHMARK_COLUMNS, "rear_hub_x", "com_x"))
@@ -159,7 +159,8 @@ def test_an_older_set_is_verified_as_far_as_it_goes_and_the_rest_is_said(kind, v
     for check in ("columns", "rounding", "row_bounds", "dense_rows"):
         assert counted[check, HDF5] == 11 * count
     assert counted["motion_state", "motion.h5"] == 11 * 78
-    # In old versions 23 columns had dense output, later all but the two friction demands.
+    # In versions before 1.3.0, only 23 columns had dense output. In later versions all columns have
+    # it, except the two friction demands.
     assert counted["dense_rows", "motion.h5"] == 11 * (23 if version < "1.3.0" else 76)
 
 
@@ -194,7 +195,7 @@ def test_another_attribute_of_an_older_set_is_found(kind):
 _NEWER = """
 import sys
 from dataclasses import replace
-from heyoka_bike.bicycle import columns
+from heyoka_bike.bicycle import aliases, columns
 
 # As if this version had one definition more, and a quantity of its own.
 speed = columns.DEFINITIONS["forward_speed"][1]
@@ -204,7 +205,7 @@ columns.COLUMNS += (replace(speed, definition="hubs_mean"), angle, height)
 every = columns._KNOWN = (*columns.COLUMNS, *columns.FOLLOWING, *columns.MOTION_COLUMNS)
 columns.COMPARED = columns.definitions_among({c.name for c in every})
 columns.DEFINITIONS = {k: columns.COMPARED[k] for k in columns.BENCHMARK_COLUMNS}
-columns.KEYS_BY_WORD = {**columns.KEYS_BY_WORD, "height": "height"}
+aliases.KEYS_BY_WORD = {**aliases.KEYS_BY_WORD, "height": "height"}
 assert len(columns.DEFINITIONS["roll_angle"]) == 4
 
 from heyoka_bike.cli import main
@@ -229,12 +230,12 @@ def test_a_package_of_more_definitions_scores_against_todays_set(tmp_path):
     done = newer("score", path, "--require", "roll_angle.scd > 6")
     assert (done.returncode, done.stderr) == (0, "")
     assert "hubs_mean" not in done.stdout
-    # A new column is left out, and reported.
+    # A column that the dataset does not have is left out, and this is reported.
     text = ",".join(["time", "roll_angle", "steer_angle", "height"])
     named = np.transpose([reference.times, *(reference[2][k] for k in BENCHMARK_COLUMNS[0:7:3])])
     np.savetxt(tmp_path / "n.csv", named, fmt="%.17g", delimiter=",", header=text, comments="")
     done = newer("score", tmp_path / "n.csv", "--maneuver", "2")
-    assert "height: left out, because the reference in" in done.stdout
+    assert "height: not compared, because the reference in" in done.stdout
 
 
 def test_a_package_of_more_definitions_verifies_a_set_without_them(kind):

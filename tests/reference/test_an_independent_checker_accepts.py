@@ -1,7 +1,7 @@
 """A separate program accepts the published dataset and rejects damaged ones.
 
-The program is `tests/checker`, in C++ with MPFI. Each damage is made in the candidate, in the
-certificate, or consistently in both, so that the proof itself must find it and not a comparison.
+The program is `tests/checker`, in C++ with MPFI. Each test changes the candidate, the
+certificate, or both consistently, so that the proof must find the error and not a comparison.
 """
 
 import json
@@ -34,7 +34,8 @@ from heyoka_bike.reference.proof import rows
 from heyoka_bike.system.resources import reference_folder
 
 SOURCES = Path(__file__).parents[1] / "checker"
-UNTIL = ["--until", "0.075"]  # two segments of each maneuver, which take seconds instead of minutes
+# Two segments of each maneuver take seconds to check. All segments take minutes.
+UNTIL = ["--until", "0.075"]
 ANY_INPUTS = ["--any-inputs", *UNTIL]
 
 
@@ -68,7 +69,7 @@ def published(tmp_path):
 
 
 def candidate(change):
-    """Return a damage of candidate.h5; `change` is called with the open file."""
+    """Return a function that damages candidate.h5; it calls `change` with the open file."""
 
     def damage(folder):
         with h5py.File(folder / CANDIDATE, "r+") as f:
@@ -78,7 +79,7 @@ def candidate(change):
 
 
 def certificate(change):
-    """Return a damage of certificate.json; `change` is called with the document."""
+    """Return a function that damages certificate.json; it calls `change` with the document."""
 
     def damage(folder):
         document = json.loads((folder / CERTIFICATE).read_text())
@@ -89,7 +90,7 @@ def certificate(change):
 
 
 def parameter(name, value):
-    """Return a damage that changes a parameter in both files."""
+    """Return a function that changes a parameter in the candidate and in the certificate."""
 
     def damage(folder):
         def in_candidate(f):
@@ -102,7 +103,7 @@ def parameter(name, value):
 
 
 def start(name, value):
-    """Return a damage that changes the start of maneuver 1 in both files."""
+    """Return a function that changes the start of maneuver 1 in candidate and certificate."""
 
     def damage(folder):
         candidate(lambda f: f["maneuver_1"].attrs.update({name: value}))(folder)
@@ -112,7 +113,7 @@ def start(name, value):
 
 
 def coefficient(piece, state, power, by):
-    """Return a damage that adds a number to a coefficient of maneuver 1."""
+    """Return a function that adds `by` to a coefficient of the candidate of maneuver 1."""
 
     def change(f):
         group = f["maneuver_1"]
@@ -126,7 +127,7 @@ def coefficient(piece, state, power, by):
 
 
 def shortened(keep):
-    """Return a damage that keeps only some segments of maneuver 1, each with its breaks."""
+    """Return a function that removes segments of maneuver 1, except those that `keep` selects."""
 
     def damage(folder):
         def change(f):
@@ -162,7 +163,7 @@ def a_fourth_maneuver(document):
 
 
 def a_word(file, line, column, change):
-    """Return a damage that changes a word of a text."""
+    """Return a function that applies `change` to one word of a text file."""
 
     def damage(folder):
         lines = (folder / file).read_text().splitlines()
@@ -175,14 +176,14 @@ def a_word(file, line, column, change):
 
 
 def a_digit(file, line, column, decimal):
-    """Return a damage that changes a digit of a word d.ddd...e-x of a text."""
+    """Return a function that changes a digit of a word d.ddd...e-x of a text file."""
     i = decimal + 1
     change = lambda word: f"{word[:i]}{(int(word[i]) + 3) % 10}{word[i + 1 :]}"  # noqa: E731
     return a_word(file, line, column, change)
 
 
 def published_value(name, row, change):
-    """Return a damage that changes a published binary64 of maneuver 1."""
+    """Return a function that applies `change` to a published binary64 value of maneuver 1."""
 
     def damage(folder):
         with h5py.File(folder / HDF5, "r+") as f:
@@ -197,7 +198,7 @@ def next_up(x):
 
 
 def words_of_certificate(old, new):
-    """Return a damage that changes the text of certificate.json."""
+    """Return a function that replaces `old` with `new` once in the text of certificate.json."""
 
     def damage(folder):
         text = (folder / CERTIFICATE).read_text()
@@ -208,7 +209,7 @@ def words_of_certificate(old, new):
 
 
 def another_type(name, kind):
-    """Return a damage that stores a dataset of the candidate's maneuver 1 in another type."""
+    """Return a function that stores a dataset of the candidate of maneuver 1 as type `kind`."""
 
     def change(f):
         group = f["maneuver_1"]
@@ -351,7 +352,8 @@ def test_it_is_small_enough_to_be_read():
 def test_the_published_set_is_accepted_as_far_as_it_is_looked_at(check, published):
     code, out, err = check(published, *UNTIL)
     assert (code, err) == (0, "")
-    assert "768 values of the rows are correctly rounded" in out  # 5 rows, 3 maneuvers, 2 texts
+    # The values are those of 5 rows, 3 maneuvers and 2 texts.
+    assert "768 values of the rows are correctly rounded" in out
     assert re.search(
         r"^accepted: .*, pieces and rows that begin before that time only$", out, re.MULTILINE
     )
@@ -389,7 +391,8 @@ def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published):
 def test_a_damage_is_refused_in_one_line(check, published, name):
     damage, expected = DAMAGES[name]
     damage(published)
-    # ANY_INPUTS allows other inputs, so the rejection must be about the damage.
+    # ANY_INPUTS allows inputs that differ from the benchmark's, so the checker must reject the
+    # damaged part of the file.
     code, _, err = check(published, *ANY_INPUTS)
     assert code == 3
     assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err
@@ -423,7 +426,9 @@ def test_inputs_that_are_not_the_benchmarks_are_refused_in_one_line(check, publi
 
 def test_the_checker_has_the_benchmarks_own_inputs(bicycle, maneuvers):
     source = (SOURCES / "claims.hpp").read_text()
-    own = source.partition("const std::string BICYCLE")[2].partition("// What candidate.h5")[0]
+    own = source.partition("const std::string BICYCLE")[2].partition("// Names of the attributes")[
+        0
+    ]
     words = " ".join(re.findall(r'"([^"]*)"', own))
     said = iter(words.split())
     pairs = [(name, Exact.parse(value)) for name, value in zip(said, said, strict=True)]
@@ -612,7 +617,10 @@ def test_what_is_said_not_to_be_decided_has_to_be_near(check, published, change,
 
 
 def of_rows(change, maneuver="maneuver_1"):
-    """Return a damage of the rows; `change` is called with a maneuver's group and the folder."""
+    """Return a function that damages the rows.
+
+    It calls `change` with the group of the maneuver and the folder.
+    """
 
     def damage(folder):
         with h5py.File(folder / HDF5, "r+") as f:
@@ -669,7 +677,7 @@ def test_other_times_are_refused(check, published, name):
 def test_numbers_kept_elsewhere_are_refused_before_anything_is_proved(
     check, published, change, said
 ):
-    """The damage is in the last maneuver. Reading takes far less than 5 s, a proof minutes."""
+    """Maneuver 3, the last one, is damaged. Reading takes far less than 5 s, a proof minutes."""
     of_rows(change, "maneuver_3")(published)
     limit = os.times().children_user + 5.0
     code, out, error = check(published)

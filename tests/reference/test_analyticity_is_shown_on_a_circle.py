@@ -79,7 +79,7 @@ def test_an_angle_off_its_branch_points(equations: Equations) -> None:
         bound(equations, lambda a, s: a.atan2(s, s - 3))
     with pytest.raises(NotAnalyticError, match="quarter turn"):
         bound(equations, lambda a, s: a.atan2(s, flint.arb(-3)))
-    # The tangent is i at s = 2 i.
+    # At s = 2 i the tangent is i, which is the branch point.
     with pytest.raises(NotAnalyticError, match="branch point"):
         bound(equations, lambda a, s: a.atan2(s / 2, 1 + 0 * s))
 

@@ -128,7 +128,8 @@ def disagreements(
     for t, x, y in zip(times, ours.columns(times), published.columns(times), strict=True):
         assert x.keys() == y.keys() == set(NAMES)
         with flint.ctx.workprec(1000):
-            # Balls compare as less only if that is certain, and never if one is NaN.
+            # A comparison of balls is true only if it is certain. It is false if one of the balls
+            # is NaN.
             found += [
                 (name, t)
                 for name in NAMES
@@ -147,7 +148,8 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
             hi, lo = (float(part[name][i]) for part in (case.values.rows.hi, case.values.rows.lo))
             right = x.binary64() == hi and x.minus(hi).binary64() == lo
             if i == 0 and name in first and not right:
-                # A terminating decimal: no enclosure decides where its zeros begin.
+                # The exact value is a terminating decimal. No enclosure can decide how to round it,
+                # so hi and lo are compared with the exact value.
                 exact = first[name]
                 right = x.low <= exact <= x.high
                 right = right and hi == float(exact) and lo == float(exact - Fraction(hi))
@@ -185,7 +187,7 @@ def test_every_column_agrees_within_both_bounds(case: Case) -> None:
     times = case.times
     assert times == [Fraction(i) for i in range(len(case.rows))]
     assert disagreements(case.other, case.published, times) == []
-    # Very wide enclosures would overlap anyway and prove nothing.
+    # The enclosures must be narrow. Very wide ones would overlap in any case and prove nothing.
     for row in case.other.columns(times):
         for name, x in row.items():
             scale = float(abs(case.values.rows.hi[name]).max())
@@ -216,7 +218,8 @@ def test_a_state_off_by_1e_20_has_a_bound_that_says_so(case: Case) -> None:
     wrong = moved(cut.run, 3, 0, Fraction(1, 10**20))
     bound = enclose(wrong)
     assert Fraction(1, 10**20) < bound.worst < Fraction(1, 10**17)
-    # With its own, correct bound the wrong run does not contradict the published one.
+    # The wrong run has a bound of its own, which is correct. With this bound it does not contradict
+    # the published run.
     assert disagreements(Certified(wrong, bound), case.published, cut.middles()) == []
 
 
@@ -225,7 +228,8 @@ def test_a_series_cut_at_too_low_an_order_is_noticed(case: Case) -> None:
     pieces = tuple(tuple(row[:30] for row in piece) for piece in cut.run.pieces)
     wrong = replace(cut.run, pieces=pieces)
     times = cut.middles()
-    # In the middle of a segment the omitted terms are smaller by a factor of 2^30, but visible.
+    # In the middle of a segment the omitted terms are smaller than at its end, by a factor of 2^30,
+    # but still visible.
     found = disagreements(replace(cut, run=wrong), case.published, times)
     assert {t for _, t in found} == set(times)
     assert enclose(wrong).worst > Fraction(1, 10**40)

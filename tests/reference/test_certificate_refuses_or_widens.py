@@ -48,7 +48,8 @@ def damaged(run, piece, change):
 
 
 def test_a_sound_candidate_is_certified_near_its_roundoff(run, sound):
-    # The state is stored to 2^-129, and increments of up to 20 rad/s are rounded to 2^-113: 1e-33.
+    # The state is stored to 2^-129, and increments of up to 20 rad/s are rounded to 2^-113. This is
+    # an error of 1e-33.
     assert 1e-34 < sound < 1e-27
 
 
@@ -56,7 +57,7 @@ def test_a_dropped_step(run):
     gap = replace(
         run, breaks=run.breaks[:2] + run.breaks[3:], pieces=run.pieces[:2] + run.pieces[3:]
     )
-    # The segments after the gap are stretched over it, far from any solution.
+    # The segments after the gap are stretched over it, so they are far from any solution.
     with pytest.raises(NotCertifiedError, match=r"step 2 of \d+, t = .* is not certified"):
         enclose(gap)
     missing = replace(run, pieces=run.pieces[:-1])
@@ -71,7 +72,8 @@ def test_a_piece_cut_to_degree_19(run, sound):
     def cut(rows):
         rows[:] = [row[:20] for row in rows]
 
-    # heyoka's order here is 42, and the terms beyond 19 carry about half the digits.
+    # Here heyoka's order is 42, and the terms of order 20 and higher carry about half of the
+    # digits.
     bound = float(enclose(damaged(run, 2, cut)).worst)
     lost = max(abs(c) for row in run.pieces[2] for c in row[20:]) / 2**run.grid
     assert bound > lost > 1e6 * sound
@@ -126,7 +128,8 @@ def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, exact,
     other = integrate(bicycle, run.maneuver, precision)
     bound = float(enclose(other).worst)
     true = distance(other, exact)
-    # Worst-case bounds on roundoff are pessimistic by some digits, never optimistic.
+    # A bound on roundoff assumes the worst case. It may be too large by some digits, but never too
+    # small.
     assert true <= bound < 1e7 * true
 
 

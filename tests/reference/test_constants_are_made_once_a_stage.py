@@ -46,5 +46,6 @@ def test_however_many_pieces_there_are(candidate, made):
         )  # fmt: skip
         found.append(stages(part, made))
     assert found[0] == found[1]
-    # Uses by stage: circles, matrices and defects; circles and integrals; circles and series.
+    # Number of uses in each stage: first circles, matrices and defects; then circles and integrals;
+    # then circles and series.
     assert found[0] == [3, 5, 7]

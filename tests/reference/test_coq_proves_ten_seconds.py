@@ -20,14 +20,14 @@ from heyoka_bike.numbers.arithmetic import Multiprecision
 SOURCES = Path(__file__).parents[1] / "checker" / "formal"
 COMMANDS = re.findall(r"for f in (.*?); do coqc", (SOURCES / "README.md").read_text())
 INSTALL = "apt-get install coq libcoq-interval"
-PROOFS = COMMANDS[0].split()  # compiled once for all tests
+PROOFS = COMMANDS[0].split()  # these proofs are compiled once for all tests
 CHECKED = """From Coq Require Import List Bool.
 Require Import Checks Equations Certificate3.
 Lemma checked : check_start start certified block_0
   && check_block equations integers certified block_0 (Some block_1) = true.
 Proof. vm_cast_no_check (eq_refl true). Qed.
 """
-# Axioms of CoqInterval, Flocq and the real numbers of Coq's library.
+# The axioms that CoqInterval, Flocq and the real numbers of Coq's library use.
 ASSUMED = re.compile(
     r"(Uint63|PrimInt63|PrimFloat|FloatAxioms|ClassicalDedekindReals)\.\w+"
     r"|FunctionalExtensionality\.functional_extensionality_dep|Classical_Prop\.classic"
@@ -83,7 +83,7 @@ def is_accepted(folder):
 
 
 def swapped(name, pattern, change):
-    """Return a damage that changes the first group of a pattern's only match."""
+    """Return a function that applies `change` to the first group of a pattern's only match."""
 
     def damage(folder):
         file = folder / f"{name}.v"
@@ -100,7 +100,7 @@ def moved(by):
     return lambda digits: str(int(digits) + by)
 
 
-SECOND = r"Piece \[.*?Piece \["  # matches two pieces, up to the coefficients of the second
+SECOND = r"Piece \[.*?Piece \["  # matches two segments, up to the coefficients of the second one
 DAMAGES = {
     "the candidate begins elsewhere": swapped("Certificate3", r"Piece \[\[(-?\d+);", moved(2**30)),
     "its polynomial is another": swapped("Certificate3", r"Piece \[\[-?\d+; (-?\d+)", moved(2**30)),

@@ -19,7 +19,8 @@ from oracles.vectors import Multiprecision, axes, rotation
 
 NAMES = [c.name for c in FOLLOWING]
 STATE = ("roll_angle", "pitch", "steer_angle", "yaw", "roll_rate", "steer_rate", "forward_speed")
-# Relative to the scale: the dataset is accurate to 1e-31, and a formula adds roundoff.
+# Largest error, relative to the scale of a column: the dataset is accurate to 1e-31, and a formula
+# adds roundoff.
 SMALL = 1e-29
 
 

@@ -33,7 +33,8 @@ def test_every_column_at_random_times(reference, long_run, number):
                 scale = np.abs(maneuver.rows.hi[name]).max()
                 found = flint.arb(float(values.hi[name][i])) + float(values.lo[name][i])
                 error = abs(found - truth[name])
-                # The documentation promises 25 digits. Times are hi + lo, 32 digits of 10 s.
+                # The documentation promises 25 digits. The times are pairs hi + lo, which give 32
+                # digits of 10 s.
                 assert error < scale * 1e-25, (name, float(t))
 
 
@@ -62,8 +63,8 @@ def test_plain_clenshaw_gives_binary64(reference):
             value = np.array([np.polynomial.chebyshev.chebval(xi, c[p])
                               for xi, p in zip(x, piece, strict=True)])  # fmt: skip
             scale = np.abs(maneuver.rows.hi[name]).max()
-            # x has an error of 2 eps times 2 t / (b - a), which a rapidly changing column
-            # amplifies.
+            # The argument x has an error of 2 eps times 2 t / (b - a). A column that changes
+            # rapidly amplifies this error.
             assert np.abs(value - maneuver.evaluate(t)[name]).max() < 1e-12 * scale, name
 
 

@@ -19,7 +19,8 @@ from support.export_programs import need, run
 pytestmark = pytest.mark.proof
 
 SIZE, COORDINATES, MULTIPLIERS = 24, 9, 6
-# A state and rates off the floor, with slipping velocities, because the formulas are the same.
+# A state off the floor with slipping velocities, and its rates. The formulas are the same as on the
+# floor.
 Z = [round(0.3 + 0.1 * (i % 7) - 0.05 * (i % 4), 3) for i in range(SIZE)]
 RATES = [round(0.2 * (i % 5) - 0.3, 3) for i in range(SIZE)]
 
@@ -82,7 +83,8 @@ def right(bicycle):
 
 def agree(found, right):
     for values, expected in zip(found, right, strict=True):
-        # Some hundred operations: 1e4 units of roundoff of the largest value.
+        # The values result from some hundred operations. The limit is 1e4 units of roundoff of the
+        # largest value.
         assert np.abs(np.ravel(values) - expected).max() < 1e-12 * np.abs(expected).max()
 
 
@@ -121,10 +123,11 @@ def test_ida_follows_them(index, digits, number, python_equations, reference):
     start, rates = (
         np.array(getattr(b, f"descriptor_{x}_{number}")()) for x in ("start", "start_rates")
     )
-    # Residual of the initial state, in N and m/s^2; its forces are some hundred N.
+    # The residual of the initial state is in N and m/s^2. It is the sum of forces of some hundred
+    # N.
     assert np.abs(residual(0.0, start, rates)).max() < 1e-10
-    # The tolerance does not apply to forces, and at index 3 not to the rates, because their errors
-    # do not decrease with the step as those of the coordinates do.
+    # The tolerance does not apply to forces. At index 3 it does not apply to rates either. Their
+    # errors do not decrease with the step as the errors of the coordinates do.
     tolerances = np.full(SIZE, 1e-14)
     tolerances[2 * COORDINATES if index == 2 else COORDINATES :] = 100
     solver = ida.IDA(

@@ -63,7 +63,7 @@ def test_the_sound_candidate_is_certified(sound: Certificate) -> None:
     assert sound.worst < Fraction(1, 10**60)
 
 
-# The candidate must be whole, and must start where the motion does.
+# Tests that the candidate must be whole, and must start at the initial state
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_an_initial_pitch_that_may_be_a_double_root(
         initial.initial_state(Equations.of(bicycle, Balls(237)), turned)
 
 
-# The defect, and the terms that its series omits.
+# Tests of the defect, and of the terms that its series omits
 
 
 def test_what_the_polynomial_of_the_defect_leaves_out(
@@ -165,7 +165,7 @@ def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None
         assert seen
 
 
-# The error.
+# Tests of the bound on the error
 
 
 def test_an_error_that_leaves_the_polydisc(run: Trajectory, monkeypatch: Any) -> None:
@@ -237,7 +237,7 @@ def test_jumps_between_pieces(run: Trajectory) -> None:
     assert Fraction(1, 2**60) <= bounds[1][0] < Fraction(1, 2**50)
 
 
-# Quantities that follow from the bound of the state.
+# Tests of quantities whose bounds follow from the bound of the state
 
 
 def certificate(run: Trajectory, bound: Fraction) -> Certificate:
@@ -249,7 +249,7 @@ def test_rows_of_a_state_that_is_not_known_well_enough(run: Trajectory) -> None:
     known = round_rows(run, enclose.enclose(run))
     assert not known.undecided
     assert not known.ambiguous
-    # Row 0 and the energy follow from the start alone.
+    # Row 0 and the energy follow from the initial conditions alone, so they are decided.
     assert rows.undecided.keys() >= {"roll_angle", "forward_speed_com_norm"}
     assert rows.undecided["roll_angle"].tolist() == [*range(1, run.maneuver.rows)]
     assert "mechanical_energy" not in rows.undecided

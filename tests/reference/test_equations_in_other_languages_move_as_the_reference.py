@@ -18,9 +18,11 @@ from support.equation_programs import SOMEWHERE, export
 
 pytestmark = pytest.mark.proof
 
-# Number of half seconds that are integrated. Octave takes a millisecond for each call of its rates.
+# Number of half seconds that are integrated in each language. Octave takes a millisecond for each
+# call of its rates.
 HALVES = {"python": 20, "c": 20, "fortran": 20, "matlab": 1, "rust": 20}
-# Digits that the solvers reach at their tolerances, relative to each column's largest value.
+# Number of digits that the solvers reach at their tolerances, relative to each column's largest
+# value.
 DIGITS = 12
 
 
@@ -47,7 +49,8 @@ def test_numbers_and_motion(language, tmp_path, right, reference):
     halves = HALVES[language]
     *found, motion = getattr(equation_programs, f"{language}_numbers")(tmp_path, halves)
     for values, expected in zip(found, right, strict=True):
-        # Some hundred operations: 1e4 units of roundoff of the largest value.
+        # The values result from some hundred operations. The limit is 1e4 units of roundoff of the
+        # largest value.
         assert np.abs(values - expected).max() < 1e-12 * np.abs(expected).max()
     rows = [50 * i for i in range(halves + 1)]
     exact = np.array([reference[2].rows.hi[c] for c in BENCHMARK_COLUMNS])
@@ -65,7 +68,8 @@ def test_every_bicycle_has_its_equations(name, tmp_path):
     right = np.array(whole_rates(exact, [a.context.mpf(x) for x in SOMEWHERE]), float)
     found = np.array(module["rates"](0.0, SOMEWHERE))
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
-    # Both forms agree at the start, in newtons of some hundred.
+    # At the start the residuals of both forms are zero. They are sums of forces of some hundred
+    # newtons.
     start = module["descriptor_start_1"](), module["descriptor_start_rates_1"]()
     for residual in (module["residual_2"], module["residual_3"]):
         assert np.abs(residual(0.0, *start)).max() < 1e-10

@@ -125,8 +125,8 @@ def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
     corners = [[rng.choice((-1, 1)) * r for r in frame.radii] for _ in range(20)]
     for s in TIMES:
         from_start = value(y, s) * frame.matrix
-        # The worst force at each time for one variable; the rectangle rule has an error below a
-        # twentieth.
+        # For one variable, the worst force at each time is integrated. The rectangle rule has a
+        # relative error below 1/20.
         worst = [flint.arb(0)] * SIZE
         steps = 32
         for j in range(steps):

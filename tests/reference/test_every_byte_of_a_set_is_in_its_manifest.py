@@ -19,7 +19,7 @@ from heyoka_bike.reference.verification.verify import check_files, verify
 
 pytestmark = pytest.mark.proof
 
-FLIPS = 3  # per file
+FLIPS = 3  # number of flipped bits in each file
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_the_manifest_has_every_file_but_itself(copy, folder):
 def test_it_is_verified_certified_and_made_again(copy):
     assert {c.message for c in verify(copy).checks if not c.passed} == set()
     assert len(certify(copy)) == 1
-    # Files in the folder take precedence over those of the package.
+    # A file in the folder takes precedence over the same file of the package.
     (copy / AFTER_FILES[0]).write_bytes(b"{}")
     assert making._after(copy)[AFTER_FILES[0]] == b"{}"
     assert making._after(copy.parent)[AFTER_FILES[0]] != b"{}"

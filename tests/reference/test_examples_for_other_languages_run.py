@@ -55,7 +55,7 @@ def commands(path):
     return "".join(re.findall(r"^[#%!]   (.*\n)", comment, re.MULTILINE))
 
 
-# One percent on everything, against scd >= 6.
+# An error of one percent in every value must fail the requirement scd >= 6.
 @pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "starter", "tools", "old", "new"),
@@ -90,7 +90,7 @@ def test_the_action_runs(shell, tmp_path):
     assert all(set(x) <= {"description", "required", "default"} for x in action["inputs"].values())
     steps = action["runs"]["steps"]
     for step in steps:
-        # A step that runs commands needs a shell, a step that uses another action has none.
+        # A step that runs commands needs a shell. A step that uses another action has no shell.
         assert ("uses" in step) != ({"run", "shell"} <= set(step))
     (install,) = [s for s in steps if "pip install" in s.get("run", "")]
     assert install["env"] == {"PACKAGE": "${{ inputs.package }}"}
@@ -104,7 +104,8 @@ def test_the_action_runs(shell, tmp_path):
     done = shell(step["run"], tmp_path, **environment)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "report.xml").read_text().startswith("<?xml")
-    # The default requirement and names are treated as text only.
+    # The default requirement and the names of files are treated as text, and the shell does not
+    # interpret them.
     default = action["inputs"]["require"]["default"]
     done = shell(step["run"], tmp_path, **environment | {"REQUIRE": default})
     assert done.returncode == 3

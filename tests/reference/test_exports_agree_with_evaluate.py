@@ -9,11 +9,11 @@ from support.export_programs import c_values, export, fortran_values, octave_val
 EVERY_COLUMN = tuple(c.name for c in COLUMNS)
 
 # Tolerance in units of the last place of a column's scale. The largest difference of the 22 columns
-# at 16000 times was one, from the last sum of Clenshaw's rule. The second allows for the rounded
-# argument and fused products.
+# at 16000 times was one unit, from the last sum of Clenshaw's rule. The second unit allows for the
+# rounded argument and for fused products.
 ULPS = 2
-# Tolerance relative to a column's scale. Fused double-double sums differ in their last bits, 2^-104
-# of a term; the largest difference was 3e-32.
+# Tolerance relative to a column's scale. Sums of double-double numbers with fused operations differ
+# in their last bits, by 2^-104 of a term. The largest difference was 3e-32.
 LAST_BITS = 1e-31
 
 
@@ -55,7 +55,7 @@ def check_plain(found, reference, columns, t):
         for j, name in enumerate(columns):
             ulp = np.spacing(m.scale(name))
             assert np.max(np.abs(found[i, j] - expected[name])) <= ULPS * ulp, (m.name, name)
-            # No coefficient has lost a bit by conversion to text.
+            # The values are identical, so no coefficient has lost a bit by conversion to text.
             assert np.array_equal(found[i, j], plain_clenshaw(m, name, t)), (m.name, name)
 
 
@@ -93,7 +93,8 @@ def test_optimised_c_agrees_to_its_arithmetic(reference, tmp_path, times):
             assert np.max(np.abs(plain - expected_plain[name])) <= ULPS * np.spacing(scale), name
             difference = (hi - expected[name]) + (lo - expected.lo[name])
             assert np.max(np.abs(difference)) <= LAST_BITS * scale, name
-            # hi is the rounded sum, and differs only where the sum is nearly halfway.
+            # hi is the rounded sum. It differs from the expected one only if the sum is nearly
+            # halfway between two numbers.
             assert np.mean(hi == expected[name]) > 0.999, name
 
 
@@ -122,7 +123,7 @@ def test_times_outside_the_run_give_nan(reference, tmp_path, kind, values):
     found = found.reshape(len(reference), len(BENCHMARK_COLUMNS), len(hi), -1)
     assert np.isfinite(found[:, :, :2]).all()
     assert np.isnan(found[:, :, 2:7]).all()
-    # The time 10 + 1e-20 is outside with hi + lo, but inside if only hi is used.
+    # The time 10 + 1e-20 is outside the run if hi + lo is used, but inside if only hi is used.
     assert np.isfinite(found[:, :, 7, 0]).all()
     assert np.isnan(found[:, :, 7, 1:]).all()
 

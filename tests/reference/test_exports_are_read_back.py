@@ -19,7 +19,7 @@ from support.export_programs import STEM, c_values, export, need, run
 
 SCHEMA = data_folder().parent / "heyoka_bike" / "reference" / "exports" / "export-1.schema.json"
 
-# Difference of hi + lo rows from the dense output.
+# Largest difference between the hi + lo of the rows and the dense output.
 DENSE = 1e-28
 
 

@@ -31,9 +31,9 @@ from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.system.resources import data_folder
 
-# Values on the page: below the first the bicycle recovers, above the second it falls.
+# Roll rates on the page: below the first one the bicycle recovers, above the second one it falls.
 RECOVERS, FALLS = "2.46491144053243234304", "2.46491144053243234306"
-# Sensitivities agree with differences over this step up to its square, and a few digits of
+# Sensitivities agree with differences over STEP up to the square of STEP, and up to a few digits of
 # binary64.
 STEP, NEAR = Fraction(1, 2**20), 1e-4
 
@@ -117,7 +117,7 @@ def test_the_edge_is_cut_after_so_many_decimals():
     wanted = [Fraction("1.0"), Fraction("2.0"), Fraction("2.4"), *cut]
     assert [m.roll_rate.rational for m in maneuvers] == wanted
     assert {(m.speed, m.duration, m.rows) for m in maneuvers} == {(Exact.parse("4.6"), 10, 1001)}
-    # The last speed is not a binary64, as the page says.
+    # The last speed is not a binary64 number, as the page says.
     assert Fraction(float(cut[-1])) != cut[-1]
     for decimals in (RECOVERS, FALLS):
         assert decimals in PAGE.read_text()
@@ -144,7 +144,8 @@ def test_condition_is_what_a_disturbed_start_makes(reference, folder):
         moved.append(columns[[0, 6, 1, 7, 2]])
     change = np.linalg.norm((moved[0] - moved[1]) / float(2 * STEP), axis=0)
     bound = growth(folder, 2, times)
-    # A single direction of the start, so the change is at most the norm, and 1 at t = 0.
+    # Only one direction of the start is changed. So the change is at most the norm of the
+    # sensitivity, and equals 1 at t = 0.
     assert change[0] == pytest.approx(1, abs=NEAR)
     assert np.all(change <= bound * (1 + NEAR) + NEAR)
     assert bound[0] == pytest.approx(1, abs=NEAR)
@@ -170,7 +171,7 @@ def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, caps
     rows = [line.split() for line in text.read_text().splitlines()]
     assert len(rows) == 21
     assert len(rows[0]) == 9
-    # An error of 1e-7 of the largest steer angle: 7 digits.
+    # Add an error of 1e-7 of the largest steer angle, which leaves 7 correct digits.
     steer = max(abs(float(row[7])) for row in rows)
     for row in rows:
         row[7] = repr(float(row[7]) + 1e-7 * steer)
@@ -223,7 +224,8 @@ def test_errors_grow_near_the_edge_as_the_page_says():
         for rate in (maneuvers[-1].roll_rate, Exact(Fraction(RECOVERS) - Fraction(1, 10**27)))
     )
     grown = np.linalg.norm((other - one)[[0, 6, 1, 7, 2]].astype(float), axis=0)
-    # From 1 s to 6 s, where the motion follows the unstable weave.
+    # The factor per second is averaged from 1 s to 6 s, while the motion follows the unstable
+    # weave.
     assert 1000 < (grown[600] / grown[100]) ** (1 / 5) < 2500
 
 

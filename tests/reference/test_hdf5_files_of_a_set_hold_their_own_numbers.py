@@ -205,7 +205,8 @@ def test_little_memory_is_used_for_a_bomb(tmp_path):
         "import sys\nfrom pathlib import Path\n"
         "from heyoka_bike.reference.hdf5 import opened\n"
         "try:\n    opened(Path(sys.argv[1]).read_bytes())\nexcept ValueError:\n"
-        # VmHWM is the peak of this program alone; ru_maxrss includes its parent's.
+        # VmHWM is the peak memory of this program alone. ru_maxrss also includes the peak of its
+        # parent.
         "    status = Path('/proc/self/status').read_text()\n"
         "    print(status.partition('VmHWM:')[2].split()[0])"
     )

@@ -30,8 +30,8 @@ TIMES = 20
 DIGITS = 80
 BITS = 400
 # The coefficients are integers times 2^-253, which is 1e-76. For a polynomial of order N on a step
-# h, the second derivative multiplies their rounding, and the first omitted term, by up to N^2 /
-# h^2: 7e6 for N = 85 on the shortest step. The measured error is below 1e-68.
+# h, the second derivative multiplies their rounding error, and the first omitted term, by up to N^2
+# / h^2. This is 7e6 for N = 85 on the shortest step. The measured error is below 1e-68.
 TOLERANCE = "1e-65"
 
 Pairs = dict[str, tuple[Any, Any]]
@@ -158,7 +158,8 @@ def compare(pairs: Pairs, t: Fraction) -> None:
     for name, (found, expected) in pairs.items():
         if isinstance(found, Fraction):
             found = flint.arb(flint.fmpq(found.numerator, found.denominator))
-        # Balls compare as less only if that is certain, and never if one is NaN.
+        # A comparison of balls is true only if it is certain. It is false if one of the balls is
+        # NaN.
         assert abs(found - expected) <= limit * abs(expected).max(flint.arb(1)), (
             f"{name}, t = {float(t)}"
         )

@@ -7,7 +7,7 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.motion.trajectory import evaluator, row_times
 from support.tiers import ONE_MANEUVER
 
-BITS = 440  # well above both runs
+BITS = 440  # precision of the comparison, well above that of both runs
 
 
 @pytest.mark.parametrize("number", ONE_MANEUVER)
@@ -22,7 +22,8 @@ def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_run, numb
             for name in largest:
                 largest[name] = largest[name].max(abs(b[name]))
                 difference[name] = difference[name].max(abs(a[name] - b[name]))
-        # Relative to the column's scale, because a value near zero has few digits of its own.
+        # The difference is relative to the column's scale, because a value near zero has few digits
+        # of its own.
         for name in largest:
             assert difference[name] < largest[name] * flint.arb(10) ** -65, name
 

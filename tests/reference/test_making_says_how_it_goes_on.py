@@ -55,7 +55,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
         again = ended(one, jobs["rows"], value)
         told.append(len(again))
         if again:
-            # The remaining jobs of the previous attempt are cancelled.
+            # The remaining jobs of the previous attempt have been cancelled.
             assert not any(job in one.places for job in jobs.values())
             jobs = {job.stages[0]: job for job in again}
             assert again[0].arguments[-1] == 70 + 20 * len(told)

@@ -32,7 +32,8 @@ def exact_sums(breaks, c, t):
 def test_sums_are_those_of_rational_arithmetic():
     random = np.random.default_rng(4)
     breaks = np.array([0.0, 0.5, 1.25, 3.0])
-    # Coefficients without decay, of very different sizes, and one column of zeros.
+    # The coefficients do not decay with their degree. The columns have very different sizes, and
+    # one column is zero.
     c = random.uniform(-1, 1, (3, 3, 32)) * np.array([1e-7, 0.0, 3e5])[:, None, None]
     c_lo = c * 2.0**-54 * random.uniform(-1, 1, c.shape)
     hi = np.sort(random.uniform(0, 3, 40))
@@ -43,9 +44,11 @@ def test_sums_are_those_of_rational_arithmetic():
     for i, row in enumerate(exact):
         for j, value in enumerate(row):
             size = float(np.max(np.abs(c[j])))
-            # 32 terms, cut at 2^-95 of the largest, and an argument with an error of 2^-104.
+            # The sum has 32 terms, cut at 2^-95 of the largest one, and an argument with an error
+            # of 2^-104.
             assert abs(Fraction(found[j, i]) + Fraction(rest[j, i]) - value) <= size * 1e-25
-            # Terms of full size, and an argument rounded to 2^-53, cause errors that grow with k^2.
+            # In plain sums, terms of full size and an argument rounded to 2^-53 cause errors that
+            # grow with the square of the degree.
             assert abs(Fraction(plain[j, i]) - value) <= size * 1e-12
 
 

@@ -16,7 +16,7 @@ from support.model_files import matrix_of, model_of, numbers, posed
 
 STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 ROUNDOFF = 1e-13
-# Half a unit of the seventeenth digit, and roundoff of evaluating at 40 digits.
+# The limit is half a unit of the seventeenth digit. The files are evaluated at 40 digits.
 SEVENTEEN = Fraction(1, 2 * 10**16)
 
 
@@ -77,7 +77,7 @@ def test_keyframes_are_the_starts(bicycle):
         found = [float(x) for x in re.findall(r"[-+]?\d[-+.e\d]*", block.partition("-->")[0])]
         assert numbers(key.get("qpos")).tolist() == found[:10]
         velocities = numbers(key.get("qvel"))
-        # MuJoCo's angular velocity of a free body is along the body's own axes.
+        # MuJoCo expresses the angular velocity of a free body in the body's own axes.
         velocities[3:6] = matrix_of(found[3:7]) @ velocities[3:6]
         assert velocities.tolist() == pytest.approx(found[10:], abs=ROUNDOFF)
 
@@ -96,7 +96,7 @@ def test_numbers_have_seventeen_digits(name, bicycle):
     across = pivot * mp.cos(tilt) - rear * mp.sin(tilt)
     place = (across * mp.cos(tilt), rear + across * mp.sin(tilt))
     wanted = [mp.sin(tilt), -mp.cos(tilt), *place, mp.mpf("0.00756"), mp.mpf("0.0603"), 85]
-    if name != "sdf":  # all positions in SDFormat are relative to the ground
+    if name != "sdf":  # in SDFormat all positions are relative to the ground
         wanted += [mp.mpf("1.02") - place[0], mp.mpf("0.35") - place[1]]
     text = render(name, bicycle, ()).decode().partition("-->")[2]
     words = {Fraction(x) for x in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text)}
@@ -140,7 +140,7 @@ def test_gravity_is_the_bicycles(bicycle):
     light = bicycle.replace(g=Exact.parse("1.62"))
     assert 'gravity="0 0 -1.62"' in render("mjcf", light, ()).decode()
     root = ElementTree.fromstring(render("sdf", light, ()))
-    # DART only reads gravity there, and version 1.5 allows it.
+    # DART reads gravity only from this element, which version 1.5 of SDFormat allows.
     assert root.findtext("world/physics/gravity") == "0 0 -1.62"
     assert (root.get("version"), root.find("world/gravity")) == ("1.5", None)
 

@@ -15,10 +15,10 @@ from heyoka_bike.reference.exports.models import MODELS, render
 from heyoka_bike.system.resources import find_input
 from support.model_files import about, numbers
 
-# Sizes are written to 0.1 mm, angles to 1e-4 rad, and parts are at most about a metre long.
+# The files state sizes to 0.1 mm and angles to 1e-4 rad. Parts are at most about a metre long.
 ROUNDING = 2e-4
 # A tyre is drawn as 24 straight parts, so its radius varies by a fraction 1 - cos(pi / 24). The
-# tolerance is about half of it.
+# tolerance is about half of this fraction.
 POLYGON = 0.005
 
 
@@ -73,7 +73,8 @@ def test_bicycles_of_all_kinds_are_shown_in_full(name):
             (section,) = {r for colour, r, _ in found[link] if colour == "tyre"}
             outer = np.linalg.norm(np.concatenate(tyre), axis=1) + section
             assert outer == pytest.approx(float(radius), rel=POLYGON, abs=ROUNDING)
-            # The drawn tyre has a usual width; the shape that touches the floor may be far thinner.
+            # The drawn tyre has a usual width. The shape that touches the floor may be far thinner
+            # than the drawn one.
             assert section >= min(0.01, float(radius) / 10)
         colours = {link: {colour for colour, *_ in seen} for link, seen in found.items()}
         assert {"frame", "metal", "dark"} <= colours["B"]
@@ -89,7 +90,7 @@ def test_formats_show_the_same(bicycle):
             assert len(one[link]) == len(other[link])
             for a, b in zip(one[link], other[link], strict=True):
                 assert (a[0], a[1]) == (b[0], b[1])
-                # The ends of a cylinder may be exchanged.
+                # The two ends of a cylinder may be exchanged.
                 gaps = [np.abs(a[2] - b[2][::order]).max() for order in (1, -1)]
                 assert min(gaps) < ROUNDING
 
@@ -127,7 +128,7 @@ def test_mjcf_has_light_floor_and_cameras_that_follow(bicycle, maneuvers):
         assert camera.get("mode") == "track"
         across, up = np.split(numbers(camera.get("xyaxes")), 2)
         ahead = -np.cross(across, up)
-        # The line of sight passes near the middle of bicycle and rider.
+        # The line of sight must pass near the middle of bicycle and rider.
         gap = np.cross(ahead, np.array([0.5, 0, 0.85]) - numbers(camera.get("pos")))
         assert np.linalg.norm(gap) < 0.6
     material = root.find("worldbody/geom[@name='floor']").get("material")

@@ -108,7 +108,8 @@ def test_a_hands_free_circle_stays_where_it_is(circle):
 def test_what_is_not_decided_is_marked_everywhere(circle):
     rows = load_reference(circle)[1].rows
     assert rows.undecided["roll_rate"].tolist() == [1, 2, 3, 4]
-    assert rows.undecided["roll_angle"].tolist() == [1, 2, 3, 4]  # 0.25 is a binary64
+    # Row 0 is decided, because 0.25 is a binary64 number.
+    assert rows.undecided["roll_angle"].tolist() == [1, 2, 3, 4]
     assert "steer_angle" not in rows.undecided
     with h5py.File(circle / HDF5) as f:
         assert f["maneuver_1/roll_rate_undecided"][:].tolist() == [1, 2, 3, 4]
@@ -118,7 +119,8 @@ def test_what_is_not_decided_is_marked_everywhere(circle):
         assert all(token.startswith("0e-") for token in tokens[1:])
     document = json.loads((circle / CERTIFICATE).read_text())
     (said,) = document["maneuvers"]
-    short = 2 * (5 - 1)  # texts with fewer digits: both rates of all rows but the first
+    # Number of texts with fewer digits: both rates in all rows except the first.
+    short = 2 * (5 - 1)
     assert said["ambiguous"] == sum(map(len, rows.undecided.values())) + short
     assert "not decided" in document["statement"]
     assert verify(circle).passed
@@ -176,11 +178,11 @@ def test_a_mark_is_refused_where_it_is_wrong(copy, name, change):
 @pytest.mark.parametrize(
     ("given", "is_constant"),
     [
-        ({}, True),  # upright, at rest
-        ({"steer": "1.33973991"}, False),  # near a static equilibrium
+        ({}, True),  # the bicycle is upright and at rest
+        ({"steer": "1.33973991"}, False),  # the start is near a static equilibrium
         ({"roll": "0.1", "steer": "-0.02", "speed": "7"}, False),
         ({"steer": "0.05", "speed": "-5"}, False),
-        ({"roll": "0.2"}, False),  # falls from rest
+        ({"roll": "0.2"}, False),  # the bicycle falls from rest
         ({"steer_rate": "1/8"}, False),  # the rear hub is at rest for an instant
         ({"speed": "1e-12", "roll_rate": "1e-25"}, False),
     ],
@@ -198,7 +200,7 @@ def test_starts_with_zeros_are_made(maneuvers, tmp_path, given, is_constant):
         assert not table.rows.ambiguous
         for name, values in table.rows.hi.items():
             assert len(set(values.tolist())) == 1, name
-    # The magnitude of a velocity has a bound even where it has no expansion.
+    # The magnitude of a velocity has a bound even at times where it has no series expansion.
     for name in NORMS:
         dense = table.dense
         assert np.isfinite(dense.bound[name]).all()

@@ -63,8 +63,8 @@ def test_the_floor_carries_weight_and_acceleration(
             ]
             floor = [flint.arb(0)] * 3
             for end in ("rear", "front"):
-                # The axle is the second column of the quaternion's matrix, and the heading is
-                # perpendicular to it.
+                # The axle is the second column of the quaternion's rotation matrix, and the heading
+                # is perpendicular to the axle.
                 a, b, c, d = (found[f"{end}_frame_q{i}"] for i in range(4))
                 axle = 2 * (b * c - a * d), a * a - b * b + c * c - d * d
                 size = (axle[0] * axle[0] + axle[1] * axle[1]).sqrt()
@@ -77,7 +77,7 @@ def test_the_floor_carries_weight_and_acceleration(
             floor[2] += weight
             for force, x in zip(floor, acceleration, strict=True):
                 # Dense output is accurate to 1e-27 of 100 m. Two derivatives on segments of at
-                # least 1/16 s amplify the error by 1e6 and 4 / h^2 = 1e3.
+                # least 1/16 s amplify this error by 1e6 and by 4 / h^2 = 1e3.
                 assert abs(force - mass * x) < flint.arb("1e-13")
 
 
@@ -112,7 +112,7 @@ def test_the_replay_agrees(
     for name in ("rear_contact", "front_contact"):
         for i, axis in enumerate("xy"):
             off = getattr(found, name)[:, i] - maneuver[f"{name}_{axis}"]
-            # Binary64 roundoff over about 1000 steps of up to 80 m.
+            # The roundoff of binary64 adds up over about 1000 steps of up to 80 m.
             assert np.abs(off).max() < 1e-12, name
     for name in ("rear_wheel", "front_wheel"):
         assert np.abs(getattr(found, name) - maneuver[f"{name}_angle"]).max() < 1e-11
@@ -124,9 +124,10 @@ def test_rows_and_bounds_are_what_they_should_be(maneuver: ReferenceManeuver) ->
         bound = maneuver.rows.bound[column.name]
         assert hi.shape == lo.shape == bound.shape == (1001,)
         assert (np.abs(lo) <= np.spacing(np.abs(hi)) / 2).all()
-        # Half an ulp of lo, rounded up by 1/128; an enclosure of zero is narrower than 1e-55.
+        # The bound is half an ulp of lo, rounded up by 1/128. An enclosure of zero is narrower than
+        # 1e-55.
         assert (bound <= np.abs(lo) * 2.0**-53 * 1.01 + 1e-55).all(), column.name
-        # Only the start has numbers with trailing zeros.
+        # Only the start contains short numbers, for which lo is zero.
         assert (lo[1:] != 0).all()
     for name in DENSE_COLUMNS:
         assert (maneuver.dense.bound[name] <= 1e-25 * maneuver.scale(name)).all(), name
@@ -144,7 +145,8 @@ def test_dense_output_is_that_of_the_rows(maneuver: ReferenceManeuver) -> None:
 
 
 def test_friction_demands_follow_from_the_forces(maneuver: ReferenceManeuver) -> None:
-    # Published values at the rows, to the digits of hi + lo; values of mpmath at other times.
+    # At the rows, compare with the published values to the digits of hi + lo. At other times,
+    # compare with values of mpmath.
     times = [Fraction(i, 100) for i in range(0, 1001, 37)]
     names = ["rear_friction", "front_friction"]
     found = maneuver.evaluate(times, names)
@@ -184,7 +186,7 @@ def test_a_reference_has_the_motion_of_its_set(reference: Reference) -> None:
     assert reference.motion.folder == reference.folder
     height = reference.motion[2].evaluate("0.5", "com_z")
     assert height["com_z"] == load_motion()[2].evaluate("0.5")["com_z"]
-    # The columns of the reference itself do not change.
+    # Evaluating other columns does not change the columns of the reference itself.
     columns = reference[2].columns
     assert len(columns) == 38
     assert list(reference[2].evaluate(0.5).hi) == [*columns, *(c.name for c in FOLLOWING)]

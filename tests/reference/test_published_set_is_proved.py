@@ -20,8 +20,8 @@ from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.certificate import compare_certificate
 from heyoka_bike.reference.proof.certify import certify as prove
 
-# Derivatives: the worst of all columns and unknowns, which is a tiny one; nearly all are below 24 x
-# 2^-50.
+# The limit for the derivatives is that of the worst column and unknown, whose derivative is tiny.
+# Nearly all others are below 24 x 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}
 
 
@@ -58,7 +58,8 @@ def test_row_bounds_are_those_of_hi_plus_lo(reference):
     for maneuver in reference.values():
         for name in maneuver.columns:
             bound, lo = maneuver.rows.bound[name], maneuver.rows.lo[name]
-            # Half an ulp of lo, and a rounding up; the candidate's error of 1e-62 is below that.
+            # The bound is half an ulp of lo, rounded up. The candidate's error of 1e-62 is smaller
+            # than the bound.
             assert (bound <= abs(lo) * 2.0**-53 * (1 + 1e-9) + 1e-60).all(), name
             scale = abs(maneuver.rows.hi[name]).max()
             assert (maneuver.dense.bound[name] <= 1e-25 * scale).all(), name
@@ -217,7 +218,8 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    # Depending on the change, the segments are of another motion, or nothing is proved.
+    # Depending on the change, either the segments belong to a different motion, or nothing is
+    # proved.
     said = ("is not certified", "proved", "decide", "breaks of the derivatives")
     assert any(words in error for words in said)
 
@@ -457,7 +459,7 @@ def test_derivatives_that_are_not_the_proved_ones_are_refused(
     assert fragment in error
 
 
-# The motion of every body, motion.h5.
+# Tests of motion.h5, the motion of every body
 
 
 def change_motion(folder, dataset, index, factor, *, hashed=True):

@@ -56,7 +56,7 @@ def test_hi_and_lo_of_every_entry(reference, long_run, bicycle, number):
         for name in published.columns:
             hi = published.rows.hi[name][i]
             if name == "mechanical_energy":
-                # The energy is published as the exact E0, and the run conserves it to about 90
+                # The published energy is the exact E0. The run conserves the energy to about 90
                 # digits.
                 assert abs(row[name] - float(hi)) < math.ulp(hi)
                 continue
@@ -67,7 +67,7 @@ def test_hi_and_lo_of_every_entry(reference, long_run, bicycle, number):
 
 @pytest.mark.proof
 def test_energy_is_the_exact_initial_one(reference):
-    # E0 from the published energies of the three starts, as fractions.
+    # The energies E0 as fractions, from the published energies at the start of the maneuvers.
     e0 = {1: Fraction(1323145238081, 840000000), 3: Fraction(3291145238081, 840000000)}
     for number, exact in e0.items():
         column = reference[number].rows
@@ -99,7 +99,7 @@ def test_fifty_digit_text_matches_hi_and_lo(reference, folder):
                 hi = maneuver.rows.hi[name][i]
                 assert float(x) == hi
                 rest = x - Fraction(hi)
-                # lo is rounded to 53 bits, and the text to 50 digits.
+                # lo is rounded to 53 bits, and the number in the text is rounded to 50 digits.
                 assert abs(rest - Fraction(maneuver.rows.lo[name][i])) <= max(
                     abs(rest) / 2**53, abs(x) / 10**49
                 )

@@ -163,7 +163,8 @@ def test_checks_and_agreeing_digits_are_returned(made, both):
     assert verified.passed
     assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"] * 2
     assert [c.check for c in verified.checks].count("rerun") == 4
-    # Rapid successive reports of a job in its own process are not all forwarded.
+    # If a job in its own process reports several times in rapid succession, not all reports are
+    # forwarded.
     precisions = ("binary128", "40 digits")
     assert list(progress.stages) == [f"{m.name}, {p}" for m in both for p in precisions]
     for stages in progress.stages.values():

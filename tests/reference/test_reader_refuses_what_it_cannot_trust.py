@@ -82,7 +82,7 @@ def test_forms_of_time_agree(reference):
             assert v[name].shape == ()
     for t in (["0.07"], np.array(["0.07"]), np.array([exact]), [exact, 1.0], [["0.07"]]):
         assert m.evaluate(t).lo["steer_rate"].flat[0] == m.rows.lo["steer_rate"][7]
-    # A plain float is a different time, and the difference is visible.
+    # The float 0.07 is not exactly 7/100 s, so the value differs from the row's in its low part.
     assert m.evaluate(0.07).lo["steer_rate"] != values[0].lo["steer_rate"]
     grid = np.array([[0.0, 1.0], [2.0, 10.0]])
     assert m.evaluate(grid)["yaw"].shape == (2, 2)

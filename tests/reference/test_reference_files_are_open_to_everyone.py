@@ -20,7 +20,7 @@ def test_text_loads_as_plain_numbers(folder, reference):
     for number, maneuver in reference.items():
         for j, name in enumerate(BENCHMARK_COLUMNS):
             assert np.array_equal(table[:, 1 + 8 * (number - 1) + j], maneuver.rows.hi[name])
-    # Times are the shortest exact decimals.
+    # The times in the text are the shortest exact decimals.
     assert lines[7].split()[0] == "0.07"
     assert all(Fraction(line.split()[0]) == Fraction(i, 100) for i, line in enumerate(lines))
 

@@ -82,7 +82,7 @@ def test_the_energy_changes_as_the_start_says(sensitivities, reference, number):
     }
     for unknown, value in expected.items():
         row = found[:, ORDER.index(unknown)]
-        # Coefficients are multiples of 2^-50 of the largest value.
+        # The stored coefficients are multiples of 2^-50 of the largest value.
         assert np.max(np.abs(row - value)) <= 2e-14 * max(abs(value), 1e-300), unknown
 
 
@@ -162,7 +162,8 @@ def test_differences_of_long_runs_are_within_the_bounds(
                 x = 2 * (ball(t) - a) / (b - a) - 1
                 for name in NAMES:
                     difference = (there[i][name] - here[i][name]) / ball(step)
-                    # The second derivatives with respect to the unknowns are below 1e6.
+                    # A difference has an error of the step times the second derivative with respect
+                    # to the unknown, which is below 1e6.
                     noise = flint.arb(1e-19)
                     c = found.coefficients[name][p, :, u]
                     value = sum((ball(y) * x.chebyshev_t(k) for k, y in enumerate(c)), flint.arb(0))
@@ -185,7 +186,8 @@ def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
             rows.append(values[:, : len(sizes)] * sizes / reference[number].scale(key))
     values = np.linalg.svd(np.concatenate(rows), compute_uv=False)
     assert np.sum(values > 1e-10 * values[0]) == 19
-    # The singular values of visible combinations far exceed the roundoff of the others.
+    # The singular values of visible combinations far exceed those of the other combinations, which
+    # are only roundoff.
     assert values[18] > 1e8 * values[19]
 
 
@@ -211,6 +213,6 @@ def test_rows_are_the_pieces_within_the_bounds(sensitivities, reference):
         assert np.array_equal(found.time, reference[number].time[::10])
         for name, values in found.evaluate(found.time, BENCHMARK_COLUMNS).items():
             largest = np.abs(found.coefficients[name]).max(axis=(0, 1))
-            # Evaluating 24 terms in binary64 adds roundoff of the largest.
+            # Evaluating 24 terms in binary64 adds roundoff relative to the largest term.
             limit = found.bound[name].max(axis=0) + found.values_bound[name] + 2.0**-47 * largest
             assert (np.abs(values - found.values[name]) <= limit).all(), name

@@ -29,7 +29,7 @@ from heyoka_bike.system.resources import find_input
 pytestmark = pytest.mark.proof
 
 ORDER = list(UNKNOWNS)
-# Differences over this step are accurate to its size.
+# Differences over this step have an error of about the size of the step.
 STEP = Fraction(1, 10**25)
 BITS = 240
 
@@ -81,7 +81,8 @@ def outside(found, run, unknowns):
                 difference = (there[name] - here[name]) / ball(STEP)
                 c = found.coefficients[name][-1, :, u]
                 value = sum((ball(x_k) * x.chebyshev_t(k) for k, x_k in enumerate(c)), flint.arb(0))
-                # The second derivatives are below 1e4.
+                # A difference has an error of the step times the second derivative, which is below
+                # 1e4.
                 if not abs(value - difference) <= ball(found.bound[name][-1, u]) + 1e-20:
                     names.append((name, unknown))
     return names
@@ -127,7 +128,7 @@ def test_rows_are_the_polynomials_within_both_bounds(proved):
     by_polynomial = found.evaluate(found.time, list(found.values))
     for name, values in found.values.items():
         apart = np.abs(values - by_polynomial[name])
-        # Evaluating 24 terms in binary64 adds roundoff of the largest.
+        # Evaluating 24 terms in binary64 adds roundoff relative to the largest term.
         roundoff = 2.0**-47 * np.max(np.abs(found.coefficients[name]), axis=(0, 1))
         assert (apart <= found.bound[name].max(axis=0) + found.values_bound[name] + roundoff).all()
 

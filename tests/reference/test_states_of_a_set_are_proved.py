@@ -86,7 +86,8 @@ def set_cell(row, column, text):
     [
         (STATES, off_by_one_digit, "state 3: "),
         (STATES_HDF5, off_in_hdf5, "state 3: com_x: found "),
-        # All quantities follow from the coordinates in the file.
+        # All quantities are computed again from the coordinates in the file, so a changed
+        # coordinate shows in the next quantity.
         (STATES, other_state, "state 2: pitch"),
         (STATES_HDF5, other_state, "state 2: pitch"),
         (STATES, set_cell(1, 0, "2"), "state 1: state: found 2, proved 1"),
@@ -151,7 +152,7 @@ def test_a_set_without_them_is_what_it_was(small_set, tmp_path):
     assert {c.passed for c in verify(copy).checks} == {True}
     (proof,) = certify(copy)
     assert proof.bound < 1e-60
-    # The certificate claims a file that does not exist.
+    # The certificate now claims a file that does not exist.
     document = json.loads((copy / "certificate.json").read_text())
     document["proved"][STATES] = list(QUANTITIES)
     (copy / "certificate.json").write_text(json.dumps(document, indent=2) + "\n")

@@ -52,7 +52,8 @@ def test_at_zero_rates_every_velocity_but_the_forward_ones_is_zero(bicycle, mane
     if speed == "0":
         assert all(exact[name] == 0 for name in exact if "rate" in name or "speed" in name)
         assert exact["kinetic_energy"] == 0
-    # Columns that rotate with the bicycle do not count as zero.
+    # A component along an axis that rotates with the bicycle is listed as zero only if the bicycle
+    # is at rest.
     assert ("yaw_rate" in exact) == (speed == "0")
     assert ("forward_speed_wheel_spin" in exact) == (speed == "0" or roll == "0")
     balls = NonnegativeRoots(300)

@@ -10,7 +10,7 @@ from heyoka_bike.reference.exports.models import refused
 from heyoka_bike.reference.exports.solid import nearest_solid
 from heyoka_bike.system.resources import collection, find_input
 
-# Parameters are written with 12 digits.
+# Exported parameters are written with 12 digits.
 ROUNDOFF = 1e-11
 
 
@@ -35,7 +35,8 @@ def test_every_bicycle_becomes_solid_and_a_solid_one_stays():
         found, said = nearest_solid(bicycle)
         assert not list(refused(found)), name
         for letter in "BHRF":
-            # Hoops, whose moments are at the limit, stay unchanged: bluenose has two.
+            # The moments of a hoop are exactly at the limit, so hoops stay unchanged. The bicycle
+            # bluenose has two of them.
             assert lacking(inertia(found, letter)) <= 0, f"{name} {letter}"
         if not list(refused(bicycle)):
             assert (found, said) == (bicycle, [])
@@ -66,7 +67,7 @@ def test_no_other_solid_body_is_nearer(letter, changes, bicycle):
         other = found + (step + step.T) / 2
         if lacking(other) <= 0:
             tried += 1
-            # The margin against rounding is 1e-9 of the largest moment.
+            # The result keeps a margin against rounding, of 1e-9 of the largest moment.
             assert np.linalg.norm(other - given) > distance - 1e-8 * size
     assert tried > 100
 

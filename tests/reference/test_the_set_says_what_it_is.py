@@ -87,11 +87,11 @@ def test_card_and_crate_follow_from_the_manifest(folder):
     manifest = read_manifest(folder)
     made = describe(manifest)
     assert made.keys() == {CARD, CRATE} <= manifest.files.keys()
-    # The words of an older dataset may differ.
+    # The texts of an older dataset may be worded differently.
     if manifest.dataset_version == DATASET_VERSION:
         for name, data in made.items():
             assert (folder / name).read_bytes() == data
-    # The files that describe the others do not describe themselves.
+    # The files that describe the other files do not describe themselves.
     others = {n: f for n, f in manifest.files.items() if n not in made}
     assert describe(replace(manifest, files=others)) == made
     assert describe(replace(manifest, dataset_version=CUSTOM)) == {}

@@ -83,7 +83,7 @@ def test_the_report_has_a_stable_structure(small):
 
 @pytest.mark.proof
 def test_hundreds_of_flipped_bits_are_found_and_the_files_named(folder, copy, monkeypatch):
-    # Only the bytes are compared, so no number is read.
+    # Only the bytes are compared, so the test makes reading numbers impossible.
     monkeypatch.setattr("h5py.File", None)
     rng = random.Random(1)
     paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
@@ -91,7 +91,7 @@ def test_hundreds_of_flipped_bits_are_found_and_the_files_named(folder, copy, mo
     assert {"README.md", "ro-crate-metadata.json", f"{AFTER}/{AFTER}.json"} <= {*names}
     done = 0
     while done < FLIPS - OF_THE_MANIFEST:
-        # Several files at a time, one bit in each.
+        # Change several files at a time, one bit in each.
         chosen = rng.sample(names, rng.randint(1, len(names)))
         kept = {name: (copy / name).read_bytes() for name in chosen}
         for name in chosen:
@@ -121,7 +121,8 @@ def test_what_is_beside_the_published_set_is_looked_at(copy):
     assert "not part of the dataset: 'after-ten-seconds/more.txt'" in checks[-1].message
     shutil.rmtree(copy / AFTER)
     files = [f"{AFTER}/{AFTER}.json", f"{AFTER}/candidate.h5"]
-    # Before 2.0.0 a copy of the dataset may lack the folder, but the package may not.
+    # Before version 2.0.0 a copy of the dataset may lack the folder, but the dataset in the package
+    # may not.
     needed = files if {*files} <= read_manifest(copy).files.keys() else []
     for is_published, missing in ((False, needed), (True, files)):
         *_, checks = check_files(copy, is_published=is_published)
@@ -138,7 +139,7 @@ def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
     flip(small / name, random.Random(name))
     assert main(["verify", str(small), "--format", "json"]) == 3
     out, err = capsys.readouterr()
-    # One line: items that cannot be checked without this file are not called wrong.
+    # There is only one line: items that cannot be checked without this file are not called wrong.
     (line,) = err.splitlines()
     assert f"{small / name}: file: found sha256" in line
     checks = json.loads(out)["checks"]
@@ -150,7 +151,8 @@ def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
 
 @pytest.mark.proof
 def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
-    # `test_the_published_set_passes_every_check` covers the numbers.
+    # The test `test_the_published_set_passes_every_check` covers the numbers, so they are not
+    # checked here.
     monkeypatch.setattr("heyoka_bike.reference.verification.verify.CHECKS", ())
     path = copy / MANIFEST
     path.write_bytes(path.read_bytes().replace(b'"digits": 70', b'"digits": 71'))
@@ -158,7 +160,7 @@ def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
         code, lines = run(copy, capsys)
     assert code == 3
     assert "manifest.json: manifest_hash: found sha256" in lines[0]
-    # The texts also state the digits; those of an older dataset are not compared.
+    # The texts also state the number of digits. The texts of an older dataset are not compared.
     said = ["ro-crate-metadata.json: schema: does not follow from manifest.json"]
     expected = said if read_manifest(copy).dataset_version == DATASET_VERSION else []
     assert [line.split(f"{copy}/")[1] for line in lines[1:]] == expected
@@ -281,7 +283,7 @@ def test_damaged_hdf5_that_the_manifest_vouches_for_never_crashes(small, capsys)
         place = flip(small / name, rng)
         accept(small)
         code, lines = run(small, capsys)
-        # Bytes that HDF5 itself does not use may change.
+        # A flipped bit in bytes that HDF5 itself does not use need not be found.
         assert code in (0, 3), (name, place, lines)
         assert not any("internal error" in line for line in lines)
         found += code == 3

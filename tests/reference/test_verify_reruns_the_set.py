@@ -39,7 +39,8 @@ def test_digits_by_column_and_maneuver(small_set, capsys):
         assert check["passed"] is True
         assert evidence["values"] == 2 * 11 * 38
         assert len(evidence["digits"]) == len(evidence["digits_of_candidate"]) == 38
-        # About the digits of the precision; published values have at least 31.
+        # The rerun agrees with the candidate to about the digits of its precision. The published
+        # values themselves have at least 31 digits.
         assert min(evidence["digits_of_candidate"].values()) > digits - 2
         assert max(evidence["digits_of_candidate"].values()) < digits + 6
         assert min(evidence["digits"].values()) > 29

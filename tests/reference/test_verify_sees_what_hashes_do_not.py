@@ -124,7 +124,7 @@ def test_a_card_in_a_set_of_ones_own(copy):
     assert failed(copy) == {("file_list", MANIFEST)}
 
 
-# The texts.
+# Tests of the texts
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,8 @@ def test_a_card_in_a_set_of_ones_own(copy):
     [(49, {("digits", TEXT_50)}), (25, {("digits", TEXT_50), ("text", TEXT_50)})],
 )
 def test_a_digit_of_the_text_of_50(copy, place, found):
-    # In this row the changed digit comes nearer to hi + lo; otherwise `text` would see it too.
+    # In this row the changed digit brings the number nearer to hi + lo. In other rows the check
+    # `text` would also fail.
     change_text(copy, TEXT_50, 8, 8, lambda x: other_digit(x, place))
     assert failed(copy) == found
     for check, _ in found:
@@ -165,7 +166,7 @@ def test_a_line_of_a_text_that_is_missing(copy, name):
     assert failed(copy) == {("schema", name)}
 
 
-# The rows.
+# Tests of the rows
 
 
 def test_the_last_bit_of_lo(copy):
@@ -231,7 +232,7 @@ def test_a_column_that_does_not_follow_from_the_state(copy):
     assert "forward_speed_com_norm, row 6: differs by" in message(copy, "columns")
 
 
-# The dense output.
+# Tests of the dense output
 
 
 def breaks(folder):
@@ -269,7 +270,8 @@ def test_dense_coefficients_that_leave_the_rows_alone(copy):
 def test_a_dense_bound(copy):
     with h5py.File(copy / HDF5) as f:
         largest = int(np.argmax(f["maneuver_1/dense/pitch_bound"][:]))
-    # The certificate has the largest bound. Row 0 is exact with a bound of zero, so only the
+    # The first change is in the segment with the largest bound, which the certificate states. The
+    # second one is in the segment of row 0. This row is exact with a bound of zero, so only the
     # polynomial's own bound is allowed there.
     assert largest != 0
     for piece in (largest, 0):
@@ -278,7 +280,7 @@ def test_a_dense_bound(copy):
     assert "dense pitch, row" in message(copy, "dense_rows")
 
 
-# The certificate.
+# Tests of the certificate
 
 
 def entry(document):
@@ -337,7 +339,7 @@ def test_digits_are_the_candidate_s_where_the_largest_bound_does_not_decide_them
     assert ("digits", TEXT_50) in failed(copy)
 
 
-# The candidate.
+# Tests of the candidate
 
 
 def change_candidate(folder, piece, state, power, amount):
@@ -371,7 +373,7 @@ def test_the_start_of_the_candidate(copy):
 def test_a_motion_that_does_not_obey_the_equations(copy):
     """The change is in the last segment, which need not join another, and below the 50 digits."""
     last = change_candidate(copy, -1, 2, 3, Fraction(1, 10**58))
-    # The energy of the changed motion is not constant either.
+    # The energy of the changed motion also drifts, so the check `integration` fails too.
     assert failed(copy) == {("equations_of_motion", CANDIDATE), ("integration", CANDIDATE)}
     assert last > 1
     assert "off the equations" in message(copy, "equations_of_motion")
@@ -393,7 +395,7 @@ def test_an_attribute_of_the_candidate(copy, name, value, fragment):
     assert fragment in message(copy, "schema")
 
 
-# The structure of the HDF5 file.
+# Tests of the structure of the HDF5 file
 
 
 def replace(group, name, data):
@@ -434,7 +436,8 @@ def test_how_the_hdf5_file_is_built(copy, do, fragment):
     accept(copy)
     assert ("schema", HDF5) in failed(copy)
     assert fragment in message(copy, "schema")
-    # Numbers are not checked in a file of another structure, and this is not a failure.
+    # If the structure of the file is wrong, its numbers are not checked. This does not count as
+    # another failure.
     assert {c.passed for c in outcomes(copy) if c.check == "rounding"} == {None}
 
 
@@ -477,12 +480,14 @@ def test_how_the_sensitivities_are_built(copy, do, fragment):
 
 
 def test_a_changed_sensitivity(copy):
-    # A column without rows, which only the hash covers.
+    # The sensitivities of the yaw have no values at the rows, so only the hash of the numbers shows
+    # the change.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/yaw"][0, 0, 0] += 1e-3
     accept(copy)
     assert "not that of the numbers" in message(copy, "schema")
-    # A column with rows, which then differ.
+    # The sensitivities of the roll angle also have values at the rows, which differ from the
+    # changed polynomials.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/roll_angle"][0, 0, 0] += 1e-3
     accept(copy)
@@ -492,7 +497,8 @@ def test_a_changed_sensitivity(copy):
 def test_sensitivities_of_the_energies_must_add_up(copy):
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         for name in ("maneuver_1/kinetic_energy_bound", "maneuver_1/rows/kinetic_energy_bound"):
-            f[name][...] = 1.0  # so wide that the rows do not violate it
+            # The bounds become so wide that the values at the rows do not violate them.
+            f[name][...] = 1.0
         f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
     accept(copy)
     assert "do not add up" in message(copy, "schema")
@@ -508,7 +514,7 @@ def test_rows_of_sensitivities_that_are_not_those_of_the_pieces(copy):
     assert "rows/roll_rate: differs from the pieces" in message(copy, "schema")
 
 
-# The manifest.
+# Tests of the manifest
 
 
 def test_a_content_hash_that_is_not_that_of_the_numbers(copy):

@@ -33,8 +33,8 @@ from support.tiers import ONE_MANEUVER
 BITS = 330
 STEP = Fraction(1, 10**25)
 TIMES = 12
-# The error of a difference is STEP^2 times third derivatives of about 1e5; that of an energy's rate
-# also includes the 1e-70 of the candidate divided by STEP.
+# The error of a central difference is STEP^2 times a third derivative of about 1e5. The rate of an
+# energy also contains the candidate's error of 1e-70, divided by STEP.
 SMALL = "1e-38"
 
 
@@ -120,7 +120,8 @@ def test_the_lowest_point_of_a_wheel_is_at_rest(
         arm = to_rim(number, axle, radius)
         slip = change(at, t, f"{end}_hub") + omega(now, f"{end}_wheel").cross(arm)
         assert all(small(x, 10) for x in slip), float(t)
-        # The contact point moves along the heading.
+        # The contact point moves along the heading of its wheel, so it does not move along the
+        # axle.
         assert small(change(at, t, f"{end}_contact").dot(axle), 10), float(t)
         turned = at(t + STEP)[f"{end}_wheel_angle"] - at(t - STEP)[f"{end}_wheel_angle"]
         rate = now[f"{end}_wheel_omega_y"] - now[f"{end}_frame_omega_y"]
@@ -173,7 +174,8 @@ def power(at: At, t: Fraction, letter: str) -> Any:
         return axle.dot(hub) + turn.dot(omega(now, "rear_wheel"))
     if letter == "F":
         return axle_f.dot(hub_f) + turn_f.dot(omega(now, "front_wheel"))
-    # The steer bearing acts at the pivot, (c, 0, rF) from the front hub in the fork's axes.
+    # The steer bearing acts at the pivot. In the axes of the fork, the pivot is at (c, 0, rF) from
+    # the front hub.
     p = {symbol: number_of(x) for symbol, x in at.run.bicycle.values.items()}
     tilt = p["lam"]
     ahead = front(Vector([tilt.cos(), flint.arb(0), -tilt.sin()]))
@@ -251,8 +253,8 @@ def test_normal_forces_at_rest_are_those_of_the_lever_rule(bicycle: Bicycle) -> 
         assert contact.normal.str(15, radius=False) == printed
         for x in (contact.longitudinal, contact.lateral):
             assert abs(x) < flint.arb("1e-80")
-    # The axle carries the floor's force less the wheel's weight, and no bearing has a moment about
-    # its own axis.
+    # The rear axle carries the force of the floor on the wheel less the wheel's weight. No bearing
+    # transmits a moment about its own axis.
     assert abs(rest.rear_axle.force[2] - balls.number(total - on_front - p["mR"] * p["g"])) < 1e-60
     for free in (rest.rear_axle.moment[1], rest.front_axle.moment[1], rest.steer.moment[2]):
         assert abs(free) < flint.arb("1e-80")
@@ -271,5 +273,5 @@ def test_numpy_arrays_give_the_same_forces(
         for end, contact in (("rear", found.rear), ("front", found.front)):
             for name in ("normal", "longitudinal", "lateral"):
                 x = float(exact[f"{end}_{name}_force"].mid())
-                # Binary64 has 15 digits of a weight of 922 N.
+                # In binary64, a weight of 922 N has 15 digits.
                 assert abs(getattr(contact, name)[i] - x) < 1e-11

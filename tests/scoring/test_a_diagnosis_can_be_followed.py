@@ -44,7 +44,7 @@ def test_the_page_lists_every_step_with_its_question():
 def told(caplog, report, reference, budget=USUAL):
     with caplog.at_level(logging.INFO, "heyoka_bike.scoring.diagnosis"):
         diagnosed(report, reference, budget=budget)
-    lines = [r.getMessage() for r in caplog.records if r.name.endswith("followed")]
+    lines = [r.getMessage() for r in caplog.records if r.name.endswith("step_log")]
     return {m[1]: m for line in lines if (m := LINE.fullmatch(line))}
 
 
@@ -168,4 +168,4 @@ def test_a_cause_beside_which_much_is_left_only_looks_like_it(size, is_all, refe
     assert first.evidence["mistakes"] == ["trail_normal"]
     assert first.evidence["is_all"] is is_all
     assert first.message.startswith("Looks like: ") is not is_all
-    assert ("Something else is there: kinetic_energy of maneuver 2" in first.message) is not is_all
+    assert ("There is something else: kinetic_energy of maneuver 2" in first.message) is not is_all

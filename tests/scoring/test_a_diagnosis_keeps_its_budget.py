@@ -30,7 +30,8 @@ pytestmark = pytest.mark.proof
 
 RIGHT = data_folder() / "peers" / "scipy-rtol1e-10.txt"
 CAUSES = ("mistake", "parameters", "linearised")
-# Conclusions that need a complete search: nothing else explains the file.
+# Conclusions that need a complete search, because they are true only if no other cause explains the
+# file.
 CONCLUSIONS = ("no_mistake_found", "integrator", "term_unexplained", "smooth_error", "cannot_tell")
 
 
@@ -66,7 +67,7 @@ def codes(report):
 def file(request, reference):
     """The score, its complete diagnosis, the number of steps, and whether the cause is certain."""
     report = exchanged(reference, request.param)
-    # The first diagnosis caches the motions. From then on the number of steps is constant.
+    # The first diagnosis caches the motions. The number of steps is the same in all later ones.
     after(report, reference, inf)
     whole, steps = after(report, reference, inf)
     return report, whole, steps, request.param < 1e-3
@@ -87,7 +88,7 @@ def test_without_time_nothing_is_claimed(file, reference):
     found, looks = after(report, reference, 1)
     assert looks == 2
     assert found.is_stopped_early
-    # The beginning of the error and the variation of the energy are seen without a search.
+    # No search is needed to see the beginning of the error and the variation of the energy.
     assert {*codes(found)} <= {"begins_as", "energy_varies", "stopped_early"}
     assert found.explanation is None
     assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}
@@ -102,7 +103,7 @@ def test_what_was_found_until_then_is_said_and_no_more(file, reference):
         assert found.is_stopped_early
         assert codes(found)[-1] == "stopped_early"
         assert not {*codes(found)} & {*CONCLUSIONS}
-        # A cause that is named early is the cause that the complete search names.
+        # If a cause is named early, it is the same cause that the complete search names.
         causes = [f.evidence["mistakes"] for f in found.diagnosis if f.code in CAUSES]
         assert causes in ([], [whole.diagnosis[0].evidence["mistakes"]])
         said[k] = found.diagnosis[0]
@@ -141,9 +142,9 @@ def test_the_commands_end_with_a_code_of_their_own(tmp_path, capsys):
     asked = ["score", path, "--diagnose", "--budget", "1e-9"]
     assert main([*asked, "--format", "json"]) == 4
     assert json.loads(capsys.readouterr().out)["stopped_early"] is True
-    # An unmet requirement has precedence over an early stop.
+    # An unmet requirement determines the exit code even if the diagnosis stops early.
     assert main([*asked, "--require", "scd >= 6"]) == 3
-    # A correct file needs no search.
+    # A correct file needs no search, so it cannot run out of time.
     assert main(["diagnose", str(RIGHT), "--budget", "1e9"]) == 0
 
 

@@ -83,7 +83,7 @@ def test_wheel_angles_within_one_turn_are_right(whole, key, low, every):
     held = table(whole, ["roll_angle", key], 3, every)
     held[key] -= turn * np.floor(held[key] / turn - low)
     report = score(held, whole, maneuver=3)
-    # Wrapping in binary64 loses digits of angles up to 267 rad.
+    # Wrapping angles of up to 267 rad in binary64 loses digits.
     assert scores(report)[key] > 14
     assert is_right_in_part(report)
     assert "whole_turns" in [f.code for f in report.findings]
@@ -100,7 +100,7 @@ def test_angles_from_zero_to_a_turn_beside_rates_are_right(whole, keys, sign, un
     for key in rates[:2] if sign < 0 else ():
         held[key] *= -1
     report = score(held, whole, maneuver=2)
-    # The pitch is far smaller than a whole turn, so only 12 of its digits remain.
+    # The pitch is far smaller than a whole turn, so wrapping it leaves only 12 of its digits.
     assert min(scores(report).values()) > 12
     assert is_right_in_part(report)
     assert codes(report) == []
@@ -113,7 +113,8 @@ def test_digits_of_a_wrapped_angle_are_those_written(whole, tmp_path):
     lines = zip(*([f"{x:.6g}" for x in held[k]] for k in held), strict=True)
     path.write_text("\n".join([",".join(held), *map(",".join, lines)]) + "\n")
     column = score(path, whole, maneuver=1)[1]["rear_wheel_angle"]
-    # Half a unit of the last digit of 6.28319: six digits, the last of which is 1e-5.
+    # The text 6.28319 has six digits, the last of which is 1e-5. The floor is half a unit of this
+    # digit.
     assert column.floor == pytest.approx(5e-6)
     assert column.max_abs_error <= 5.01e-6
 

@@ -37,7 +37,8 @@ def of_all(keys=KEYS, **fewer):
 
 
 ODD_NAMES = [
-    # A name, the column that it resembles, and the factor of its values.
+    # For each case: a name, the column that the name resembles, and the factor by which its values
+    # differ from that column.
     ("bike.v", "forward_speed", 1.1), (".bicycle.speed.Q", "forward_speed", 1.1),
     ("Ground Speed [km/h]", "forward_speed", 1.1 * 3.6), ("roll\u02cdt(t)", "roll_rate", 1.5),
     ("Differential(t)(roll(t))", "roll_rate", 1.5), ("D(roll)", "roll_rate", 1.5),

@@ -100,7 +100,8 @@ def test_its_own_limit_judges(four, tmp_path, capsys):
 
 
 def test_the_first_and_the_last_are_judged_by_limits_of_two_digits(four, tmp_path):
-    # The motion does not depend on the limits, so a copy of the same dataset serves.
+    # The motion does not depend on the limits, so a copy of the same dataset with different limits
+    # is enough.
     other = shutil.copytree(four.folder, tmp_path / "set")
     manifest(other, performance_limits={"1": "1/400", "4": "1/10000"})
     judged = load_reference(other)
@@ -145,8 +146,8 @@ def test_it_is_exported(four, format_, tmp_path):
     assert main(["export", *asked]) == 0
     files = [out, *out.rglob("*")] if out.is_dir() else [out]
     said = b"".join(p.read_bytes() for p in files if p.is_file())
-    # The page shows neither the benchmark's title nor its licence: the dataset is not the
-    # benchmark.
+    # This dataset is not the benchmark, so the page shows neither the benchmark's title nor its
+    # licence.
     assert b"IFToMM multibody benchmark" not in said
     assert COPYRIGHT.encode() not in said
     assert b"left" in said or b"maneuver_4" in said or b"4" in said
@@ -157,7 +158,7 @@ def test_the_header_judges_it(four, tmp_path):
     header = (tmp_path / "uncontrolled_bicycle.h").read_text()
     assert "BICYCLE_MANEUVERS = 4" in header
     assert "ub_pieces_4" in header
-    # The page is compiled for the published dataset, so the export is refused.
+    # The page is compiled for the published dataset only, so the export is refused.
     assert main(["export", "--page", "-o", str(tmp_path), "--reference", str(four.folder)]) == 1
     program = tmp_path / "judge.c"
     program.write_text(

@@ -7,10 +7,10 @@ from generators.published_columns import published_table
 from heyoka_bike import score
 from heyoka_bike.scoring.diagnosis.energies import of_contact
 
-# [s] time constant of the contact; after ten of them the bicycle has come to rest
+# [s] time constant of the contact. After ten time constants the bicycle is at rest.
 STIFFNESS_TIME = 0.005
 WEIGHT = 94 * 9.81
-DEPTH = 0.58e-3  # [m] the depth at which the wheels come to rest with MuJoCo's contact
+DEPTH = 0.58e-3  # [m] depth to which the wheels sink at rest with MuJoCo's contact
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_sinking_is_seen_with_its_energy(table, reference):
         table[:, 2 + 8 * n] *= 1.1
     (sinks,) = found(table, reference)
     assert sinks.energy == pytest.approx(DEPTH * WEIGHT, rel=1e-3)
-    # The turning wheels add to the moving mass, which changes the constant by a twentieth.
+    # The turning wheels add to the moving mass, which changes the time constant by a twentieth.
     assert sinks.constant == pytest.approx((DEPTH / 9.81) ** 0.5, rel=0.05)
 
 

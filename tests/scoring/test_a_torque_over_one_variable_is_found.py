@@ -43,7 +43,8 @@ def with_torque(reference, motions, equation, torque):
     return Residual(pushed, correct(reference), EQUATION_MISTAKES[:1])
 
 
-# No list of forces contains these laws: regularised friction, a stop with play, a hardening spring.
+# None of the known forces has these laws: regularised friction, a stop with play, and a hardening
+# spring.
 LAWS = {
     "friction": (1, "steer rate", lambda s, _: -0.02 * np.tanh(s["steer_rate"] / 0.01)),
     "play": (

@@ -22,10 +22,10 @@ SI_SIZES = {
 WRITTEN = np.array([4.6, -0.1, 0.0, 1837.03117630952380952, 1e-300])
 REST = WRITTEN * 2.0**-60
 OFFSET = 794.1195
-# Binary64 rounds twice. Each rounding is at most half a unit of the last digit of the largest term.
-# Conversion factors are rounded once more.
+# Computations in binary64 round twice. Each rounding error is at most half a unit of the last digit
+# of the largest term. Conversion factors are rounded once more.
 ROUNDING = 2 * 2.0**-53
-# hi + lo contains 106 bits; a product and two sums lose a few of them.
+# hi + lo contains 106 bits. The errors of a product and two sums take a few of these bits.
 ROUNDING_OF_PAIRS = 2.0**-100
 
 
@@ -45,6 +45,6 @@ def test_both_precisions_are_those_of_rational_arithmetic(unit, sign, offset):
     whole = [Fraction(x) + Fraction(y) for x, y in zip(WRITTEN, REST, strict=True)]
     right = exact(whole, unit, sign, offset)
     off = [Fraction(x) + Fraction(y) - z for x, y, z in zip(hi, lo, right, strict=True)]
-    # Products of the smallest numbers underflow in binary64.
+    # In binary64, products with the smallest number underflow.
     tiny = Fraction(1, 10**300)
     assert all(abs(x) <= ROUNDING_OF_PAIRS * s + tiny for x, s in zip(off, sizes, strict=True))

@@ -12,7 +12,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 
 ROWS = 11
-# Axes: maneuver, row, column. The times of all maneuvers are equal.
+# The axes of the array are maneuver, row and column. The times of all maneuvers are equal.
 CUBE = np.random.default_rng(3).standard_normal((3, ROWS, 9))
 CUBE[:, :, 0] = np.arange(ROWS) / 7
 TIME = CUBE[0, :, 0]
@@ -71,7 +71,7 @@ def test_a_time_beside_the_rest():
     assert_cube(read_results({"tout": TIME, "yout": wide()[:, 1:], "xout": wide()[:, 1:] + 1}))
     each = {f"m{m + 1}": CUBE[m, :, 1:] for m in range(3)}
     assert_cube(read_results({"tout": TIME, **each}))
-    # An array of all columns has precedence over one without the time.
+    # An array that contains all columns takes precedence over an array without the time.
     assert_cube(read_results({"t": TIME, "states": wide()[:, 1:9] + 1, "results": wide()}))
     (rows,) = read_results({"t": TIME, "y": CUBE[1, :, 1:]}, maneuver=2).maneuvers
     assert rows.maneuver == 2

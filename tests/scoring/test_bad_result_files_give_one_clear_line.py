@@ -66,7 +66,7 @@ NOTHING = f"found no column whose name is known, {BOTH}"
 
 # Each case: the content, the line and column of the error, and a part of its message.
 TEXTS = [
-    # No rows
+    # Texts without rows
     ("", None, None, "found an empty file, expected rows of numbers"),
     ("\n \t\r\n", None, None, "found an empty file, expected rows of numbers"),
     ("# nothing\n", None, None, f"found no row of numbers, {BOTH}"),
@@ -77,7 +77,7 @@ TEXTS = [
     ("0;1,837.03\n1;1,9.0\n", 1, 2, f"found '1,837.03' as value 2 and no row of numbers, {BOTH}"),
     ("1\n2\n3\n", None, None, f"found no row of numbers, {BOTH}"),
     (" ".join(str(i) for i in range(1, 26)), None, None, f"found no row of numbers, {BOTH}"),
-    # Wrong number of columns
+    # Texts with a wrong number of columns
     ("\n".join(good(width=12)), 1, None,
      "found 12 columns, expected 9 or 25 columns, or columns named time"),
     ("# x\n\n" + "\n".join(good(width=24)), 3, None,
@@ -88,14 +88,14 @@ TEXTS = [
      "found column names 'a', 'b', 'c', 'd' not understood, expected 9 or 25"),
     ("time x y z\n" + "\n".join(good(width=4)), 1, None,
      "found column names 'x', 'y', 'z' not understood, expected 9 or 25"),
-    # Names
+    # Texts with wrong names of columns
     ("time roll_angle roll steer\n" + "\n".join(good(width=4)), 1, None,
      "found 'roll_angle' and 'roll', expected one column of roll angle"),
     ("#\ntime\troll_angle_2\tm2 roll\tm1 roll\n" + "\n".join(good(width=4, separator="\t")), 2,
      None, "found 'roll_angle_2' and 'm2 roll', expected one column of roll angle for maneuver 2"),
     ("time t roll steer\n" + "\n".join(good(width=4)), 1, None,
      "found 'time' and 't', expected one column of time"),
-    # Rows of another length
+    # Texts with rows of different lengths
     (with_line(3, SHORT), 3, 25, "found 24 values, expected 25"),
     (with_line(3, " ".join([*ROW, "1"])), 3, 26, "found 26 values, expected 25"),
     (with_line(3, "7.5"), 3, 2, "found 1 values, expected 25"),
@@ -103,11 +103,11 @@ TEXTS = [
     (f"# a\n\n{with_line(3, SHORT)}", 5, 25, "found 24 values"),
     (f"# a\r\r{with_line(3, SHORT)}".replace("\n", "\r"), 5, 25, "found 24 values"),
     (with_line(3, SHORT).replace("\n", "\r\n"), 3, 25, "found 24 values"),
-    # Two short rows at the end cannot come from one interrupted row.
+    # Two short rows at the end cannot both be the last row of an interrupted run.
     ("\n".join([*good(), SHORT, SHORT]), 6, 25, "found 24 values"),
     ("\n".join([*good(), SHORT, *good()]), 6, 25, "found 24 values"),
     ("\n".join([*good(3), *[SHORT] * 4]), 4, 25, "found 24 values, expected 25"),
-    # Missing values
+    # Texts with missing values
     (with_token(2, 4, "", ","), 2, 4, "found no value between two separators as value 4"),
     (with_token(2, 4, "  ", ";"), 2, 4, "found no value between two separators"),
     (with_token(2, 4, "", "\t"), 2, 4, "found no value between two separators"),
@@ -117,7 +117,7 @@ TEXTS = [
     (with_token(2, 4, "", " "), 2, 25, "found 24 values, expected 25"),
     (with_token(2, 4, ",1.5 2.5", ","), 2, 4, "found no value between two separators"),
     (with_token(2, 4, "1.5 2.5", ","), 2, 4, "found '1.5 2.5' as value 4, expected a number"),
-    # Not numbers
+    # Texts with words that are not numbers
     (with_token(2, 4, "abc"), 2, 4, "found 'abc' as value 4, expected a number"),
     (with_token(2, 1, "abc"), 2, 1, "found 'abc' as value 1"),
     (with_token(2, 4, "NA"), 2, 4, "found 'NA'"),
@@ -159,7 +159,7 @@ TEXTS = [
     (with_token(2, 4, "x" * 99), 2, 4, f"found '{'x' * 40}...' (99 characters)"),
     (with_token(2, 4, "x" * 200_000), 2, 4, "(200000 characters) as value 4, expected a number"),
     ("1" * 4_100_000, 1, None, "found a line of more than 4000000 characters, expected rows"),
-    # Two mistakes in a row must not cancel out.
+    # Two mistakes in one row must not cancel each other out.
     (with_line(3, " ".join(["9", "1.5", "-", "5", "1-2", *ROW[5:]])), 3, 3, "found '-' as value"),
     (with_line(3, " ".join(["9", "1.5", "e5", "1-2", *ROW[4:]])), 3, 3, "found 'e5' as value 3"),
     (with_line(3, "Simulation finished"), 3, 1, "found 'Simulation' as value 1"),
@@ -167,11 +167,11 @@ TEXTS = [
     ("\n".join([*good(), "done"]), 6, 1, "found 'done' as value 1"),
     (with_line(3, " ".join(f"x{i}" for i in range(25))), 3, 1, "found 'x0' as value 1"),
     (with_token(5, 25, "2.5e-"), 5, 25, "found '2.5e-'"),
-    # A damaged first row is not a heading.
+    # If the first row is damaged, it is not read as a heading.
     (with_token(1, 4, "abc"), 1, 4, "found 'abc' as value 4, expected a number"),
     (with_line(1, SHORT), 1, 25, "found 24 values, expected 25"),
     ("My program\n\n" + with_line(1, "1 2 4"), 3, 4, "found 3 values, expected 25"),
-    # Times
+    # Texts with wrong times
     (with_token(3, 1, "nan"), 3, 1, "found a time that is not finite, expected seconds"),
     (with_token(3, 1, "-inf", ";"), 3, 1, "found a time that is not finite"),
     (with_token(3, 1, "1e400"), 3, 1, "found a time that is not finite"),
@@ -261,7 +261,7 @@ def test_endless_devices_end(device, monkeypatch):
             nonlocal taken
             raw = super().read(size)
             taken += len(raw)
-            # A reader may look at the beginning of a file to see that it is not text.
+            # A reader may read the beginning of a file to find out that it is not text.
             assert taken < 1 << 23
             return raw
 
@@ -332,7 +332,7 @@ FILES = [
     ("r.bin", np.arange(99.0).tobytes(), "found bytes that are no text"),
     ("r.nc", b"CDF\x01" + b"\0" * 99, NOTHING),
     ("r.nc", b"CDF\x01" + b"\x07" * 99, "expected a netCDF file"),
-    # Damaged
+    # Damaged files
     ("r.gz", gzip.compress(b"1 2 3\n" * 999, mtime=0)[:-20], "cannot be read"),
     ("r.gz", b"\x1f\x8b\x08\0" + b"x" * 99, "cannot be read"),
     ("r.gz", b"\x1f\x8b" + b"\xff" * 9, "cannot be read"),
@@ -356,7 +356,7 @@ FILES = [
     ("r.h5", hdf5(a=TABLE)[:8], "found a damaged file"),
     ("r.h5", hdf5(a=TABLE)[:64] + b"\xff" * 999, "found a damaged file"),
     ("r.txt", "1 2\n".encode("utf-16") + b"\x00\xd8\x00\xd8", "damaged text, expected UTF-16"),
-    # Not columns of real numbers
+    # Files that do not contain columns of real numbers
     ("r.npy", npy(TABLE * 1j), "found complex numbers, expected real numbers"),
     ("r.npy", npy(TABLE.astype(str)), "found text, expected real numbers"),
     ("r.npy", npy(TABLE.astype("S9")), "found text, expected real numbers"),
@@ -397,7 +397,7 @@ FILES = [
 def test_bad_files(name, content, fragment, tmp_path):
     message = the_one_error(content, tmp_path, name).message
     assert fragment in message
-    # An address in memory differs from run to run.
+    # A message must not contain an address in memory, which differs from run to run.
     assert " at 0x" not in message
 
 

@@ -13,7 +13,7 @@ openpyxl = pytest.importorskip("openpyxl")
 NAMES = ["time", *BENCHMARK_COLUMNS]
 UNITS = ["s", "rad", "rad/s", "m/s", "J", "J", "J", "rad", "rad/s"]
 COUNTING = [*range(1, 10)]
-# openpyxl writes 16 digits, so the values have 15.
+# openpyxl writes 16 digits, so values with 15 digits are used.
 VALUES = [
     [i / 100, *(float(f"{x:.15g}") for x in np.random.default_rng(i).uniform(-1, 1, 8))]
     for i in range(20)

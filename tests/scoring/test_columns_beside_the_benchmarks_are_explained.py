@@ -102,6 +102,6 @@ def test_a_diagnosis_does_not_contradict_its_verdict(reference, tmp_path, capsys
     for said in (
         "wrong, worst column 1.0 correct digits (maneuver 2 yaw)",
         "yaw of maneuver 2 is 1.1 times the exact value",
-        "roll_angle, steer_angle: each is as right as the digits written can tell",
+        "roll_angle, steer_angle: each is as exact as the digits written allow",
     ):
         assert said in out

@@ -125,7 +125,8 @@ def test_eq_1_of_the_parts_is_taken_in_their_digits(reference):
     t = np.arange(20) / 100
     lo = np.where(np.arange(20) % 2, 3e-20, 0.0)
     values = {"potential_energy": np.full(20, 794.0) + t, "kinetic_energy": np.full(20, 781.0) - t}
-    # The `rest` contains the rounding errors of the times, so the sum of the energies is constant.
+    # The low parts in `rest` cancel the rounding errors of the energies, so the sum of the energies
+    # varies only by `lo`.
     rest = {"potential_energy": lo - (values["potential_energy"] - 794.0 - t),
             "kinetic_energy": -(values["kinetic_energy"] - 781.0 + t)}  # fmt: skip
     rows = Rows(1, t, np.zeros(20), values, rest, {})

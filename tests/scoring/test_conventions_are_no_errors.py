@@ -74,7 +74,7 @@ def test_without_any_diagnose_names_the_default_ones(reference, capsys, monkeypa
     assert "SI units, roll and steer positive to" in capsys.readouterr().out.split("\n\n")[1]
 
 
-# The mean of two speeds is the speed of no point of the bicycle.
+# The mean of two different speeds is not the speed of any point of the bicycle.
 def of_no_point(reference, size=1e-12):
     def change(key, values, number):
         if key == "forward_speed":

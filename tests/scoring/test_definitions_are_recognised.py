@@ -39,7 +39,7 @@ def test_every_definition_is_named(reference, alternate):
         assert c.as_understood.definition == alternate.definition
         assert c.as_understood.measures.max_abs_error <= c.floor
         assert c.as_written.definition == DEFINITIONS[alternate.key][0].definition
-        # The error under the default definition is the difference between the two definitions.
+        # With the default definition, the error is the difference between the two definitions.
         m = reference[number]
         distance = np.max(np.abs(m[alternate.name] - m.rows[alternate.key]))
         assert c.as_written.measures.max_abs_error == pytest.approx(distance, rel=1e-3)
@@ -83,7 +83,7 @@ def test_the_first_row_tells_what_the_others_cannot(reference, definition):
     found = column(score(made(reference, change, names), reference), 1, "forward_speed")
     assert found.as_understood.definition == definition
     odds = {a.definition: a.log10_odds for a in found.alternatives}
-    # The prior probability that one row differs from all others is one in a thousand.
+    # The prior probability that one row differs from all other rows is one in a thousand.
     before = np.log10(5)
     assert 8 < odds["hub_heading"] + before < 10
 
@@ -101,8 +101,8 @@ def test_odds_are_those_of_the_definition_taken(reference):
     assert found.as_understood.definition == "tait_bryan_xyz"
     assert found.indistinguishable == ()
     odds = {a.definition: a.log10_odds for a in found.alternatives}
-    # The evidence comes from maneuver 2 alone: the cube of the difference over the smallest counted
-    # error.
+    # Only maneuver 2 gives evidence. Its odds are the cube of the ratio of the difference to the
+    # smallest error that counts.
     rows = reference[2].rows
     apart = np.sort(abs(rows["roll_angle"] - rows["roll_angle_tait_bryan_xyz"]))[:-10]
     most = 3 * np.log10(np.sqrt(np.mean(apart**2)) / (1e-15 * np.max(abs(rows["roll_angle"]))))
@@ -130,7 +130,8 @@ def test_the_other_sign_is_recognised_and_scored_both_ways(reference, flipped):
         return -values if key in flipped else values
 
     report = score(made(reference, change), reference)
-    # Roll alone with a flipped sign may be a mistake, so it is a warning and not a convention.
+    # If only the roll has a flipped sign, this may be a mistake. So it is a warning and not a
+    # convention.
     is_odd = "roll_angle" in flipped
     expected = ["sign"] * len(flipped)
     assert codes(report) == (
@@ -166,7 +167,8 @@ def test_units_are_recognised_and_scored_both_ways(reference, keys, unit, in_si)
     for key in keys:
         c = column(report, 1, key)
         assert c.as_understood.unit == unit
-        # Three roundings: of the reference's row, of the factor and of the quotient.
+        # The error consists of three roundings: of the reference's row, of the factor and of the
+        # quotient.
         largest = np.max(np.abs(reference[1][key]))
         assert c.as_understood.measures.max_abs_error <= 1.5 * np.spacing(largest)
         assert c.as_written.unit == c.unit
@@ -219,7 +221,7 @@ def test_a_few_wrong_rows_are_given_no_meaning(reference, rows_kept):
 
 
 def test_a_constant_mechanical_energy_alone_is_an_error_not_a_zero(reference):
-    # A wrong initial speed also shifts the energy by a constant.
+    # A wrong initial speed would also shift the energy by a constant.
     report = score(
         made(reference, lambda k, v, n: v + 5.0 if k == "mechanical_energy" else v), reference
     )
@@ -268,7 +270,8 @@ def test_noise_is_not_given_a_meaning(reference, seed):
 
 
 def test_the_choice_is_joint_over_the_maneuvers(reference):
-    # At this error maneuver 3 alone cannot distinguish the speeds; the other maneuvers can.
+    # With this error, maneuver 3 alone cannot distinguish the definitions of speed, but the other
+    # maneuvers can.
     def change(key, values, number):
         return values + (smooth_error(reference, number, 1e-9) if key == "forward_speed" else 0.0)
 
@@ -332,7 +335,7 @@ def test_a_first_row_without_a_value_says_nothing_of_the_start(reference):
     def change(key, values, number):
         if key == "forward_speed":
             values[0] = np.nan
-            # One bad row, after the missing first one.
+            # Row 0 is missing, and row 1 after it is the only bad row.
             values[1] = reference[number]["forward_speed"][1]
         return values
 

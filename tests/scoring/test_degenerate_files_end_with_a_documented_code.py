@@ -20,7 +20,8 @@ from heyoka_bike.system.jobs import ProcessExecutor, ProcessLimits
 from support.degenerate_runs import DOCUMENTED, PRELOAD, on_corpus, on_tables
 
 MOST_MEMORY = 1_000_000_000
-# Limits of a process that makes many calls. Only a call that hangs reaches them.
+# Limits of a process that makes many calls. They are so large that only a call that hangs reaches
+# them.
 LIMITS = ProcessLimits(600.0, 4 * MOST_MEMORY)
 SMALL = ("diagnose", "--budget", "0.05")
 
@@ -51,7 +52,7 @@ def tables(seed, count, words, folder, each=100):
 def test_2000_degenerate_tables(tmp_path):
     scored = check(tables("scored", 1800, ("score",), tmp_path), 1800)
     diagnosed = check(tables("diagnosed", 200, SMALL, tmp_path), 200)
-    # Both good and bad files are among the drawn tables.
+    # The drawn tables include both good and bad files.
     assert min(scored[k] for k in (0, 1, 2)) > 10
     assert min(diagnosed[k] for k in (0, 1, 2, 4)) > 1
 
@@ -133,7 +134,8 @@ def test_one_time_in_every_row(reference, called, capsys):
     codes, said = called(capsys, columns)
     assert {*codes} <= {0, 4}
     assert "21 rows repeat the time of another row" in said
-    # The single remaining row does not show which column is wrong.
+    # Only one row remains, because all rows have the same time. It cannot show which column is
+    # wrong.
     assert "Only " not in said
 
 

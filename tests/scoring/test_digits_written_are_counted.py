@@ -11,7 +11,7 @@ from heyoka_bike.scoring.score import score
 
 RNG = np.random.default_rng(1)
 COUNT = 300
-# Angles, speeds and energies, with small values and zeros among them.
+# The sizes are those of angles, speeds and energies. Some values are small or zero.
 VALUES = RNG.standard_normal((COUNT, 8)) * 10.0 ** np.array([-1, 0, 0, 2, 3, 3, -2, 0])
 VALUES[:5, 6] = 0
 VALUES[5:9, 6] *= 1e-7
@@ -41,7 +41,7 @@ def reader(request, monkeypatch):
         ("{:.17g}", Quantum(2, digits=53), 17),
         ("{!r}", Quantum(2, digits=53), 17),
         ("{:.16e}", Quantum(2, digits=53), 17),
-        # These formats only print binary64 numbers with more digits.
+        # These formats print more digits than binary64 numbers have.
         ("{:.18e}", Quantum(2, digits=53), 17),
         ("{:.24e}", Quantum(2, digits=53), 17),
         ("{:.16g}", Quantum(10, digits=16), 16),
@@ -68,7 +68,8 @@ def test_digits_after_the_point(places, significant, tmp_path):
     (rows,) = results.maneuvers
     for key in KEY:
         assert rows.quantum[key] == Quantum(10, places=places)
-    # Steer angles are below 0.1, so they have fewer significant digits.
+    # The steer angles are below 0.1, so with these formats they have fewer significant digits than
+    # the other columns.
     assert np.abs(VALUES[:, 6]).max() < 0.1
     assert results.significant_digits == significant
 
@@ -165,7 +166,7 @@ def test_single_precision_in_double_precision_arrays():
     results = read_results(table)
     quantum = results.maneuvers[0].quantum
     assert quantum["roll_angle"] == Quantum(2, digits=24)
-    # Integers do not show how many digits were written.
+    # Integers do not show how many digits were written, so the column counts as exact.
     assert quantum["forward_speed"] == Quantum(2, digits=53)
     assert results.significant_digits == 7
 

@@ -93,12 +93,14 @@ BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
     (0.5, {}, 0.5, None),
     (3.0, {}, 3.0, None),
     (0.5, {"sum_error": 1e-9}, np.inf, DoesNotCount.NOT_ITS_SUM),
-    # If nothing shows that the energy is the file's own, it must be the exact one.
+    # If no sum confirms that the file's energy belongs to its motion, the energy must be the exact
+    # one.
     (0.5, {"sum_error": None, "true_error": 2.0}, 2.0, DoesNotCount.NOT_TRUE),
     (0.5, {"sum_error": None, "true_error": 1.0}, 1.0, DoesNotCount.NOT_TRUE),
     (0.5, {"sum_error": None, "true_error": 0.9}, 0.5, None),
     (3.0, {"sum_error": None, "true_error": 5.0}, 3.0, None),
-    # With other initial conditions the change is relative to the energy of the file.
+    # If the initial conditions differ from the benchmark's, the change is relative to the energy of
+    # the file.
     (0.5, {"start": 3.0}, 1.5, DoesNotCount.ANOTHER_START),
     (0.5, {"start": 2.0}, 1.0, DoesNotCount.ANOTHER_START),
     (0.2, {"start": 3.0}, 0.2, None),

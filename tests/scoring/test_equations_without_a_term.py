@@ -32,7 +32,8 @@ def farthest(simulator, bicycle, run, missing):
     runs, found = Runs(), []
     for n, start in STARTS.items():
         block = runs.block(run, n)
-        # Compare only until the bicycle falls: after that the difference grows without bound.
+        # Compare the motions only until the bicycle falls. After that, their difference grows
+        # without bound.
         upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
         time = block["time"][upright]
         made = simulator.run(bicycle, initial_state(bicycle, start), time, dict(missing))
@@ -47,7 +48,8 @@ def farthest(simulator, bicycle, run, missing):
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run):
     (mistake,) = (m for m in EQUATION_MISTAKES if m.code == code)
     missing = apply(Program(Motion(bicycle, STARTS)), (mistake,)).motion.amounts
-    # Both integrate to about 1e-12; motions that fall multiply this error by a thousand or more.
+    # Both programs integrate to about 1e-12. Motions that fall multiply this error by a thousand or
+    # more.
     assert farthest(simulator, bicycle, run, missing) < 1e-7
     assert farthest(simulator, bicycle, run, ()) > 1e-3
 

@@ -15,7 +15,7 @@ from heyoka_bike.scoring.score import score
 
 
 def test_errors_of_correctly_rounded_values_are_what_rounding_left(reference):
-    # `lo` of the published rows is the exact value minus hi.
+    # The `lo` of the published rows is the exact value minus hi.
     report = score(made(reference), reference)
     for number in reference:
         for key in BENCHMARK_COLUMNS:

@@ -56,7 +56,7 @@ def test_the_right_subset_is_the_best(changes):
     b = made(changes, 1e-4)
     found = best_subsets(b, len(changes), 3)
     assert tuple(found.members[0]) == tuple(changes)
-    # The estimate averages 12 blocks of 80 rows with noise of 1e-4.
+    # The noise of 1e-4 is averaged over 12 blocks of 80 rows.
     assert found.changes[0] == pytest.approx(list(changes.values()), abs=3e-5)
     assert found.gains[0] > 30 * found.gains[1] or len(changes) == 2
 
@@ -72,7 +72,8 @@ def test_gains_are_those_of_the_errors_themselves():
         after = [np.sqrt(np.mean((e - j[:, members] @ changes[0]) ** 2)) for e, j in b_rows]
         expected = np.exp(np.mean(np.log(np.array(before) / after)))
         assert gains[0] == pytest.approx(expected, rel=1e-9)
-        # Any small step away from the fit increases the sum of the logarithms.
+        # Any small step away from the fitted changes increases the sum of the logarithms of the
+        # errors.
         for step in np.vstack([np.eye(2), -np.eye(2)]) * 1e-3:
             worse = [
                 np.sqrt(np.mean((e - j[:, members] @ (changes[0] + step)) ** 2)) for e, j in b_rows
@@ -137,7 +138,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert list(values) == [(symbol, None)]
     got = values[symbol, None]
     assert abs(got.value - value) < 3 * got.uncertain
-    # The error falls from some tenths to 1e-5.
+    # The fit reduces the error from some tenths to 1e-5, so the fitted value is accurate.
     assert got.uncertain < 1e-3 * abs(value)
     said = said_of(found, score(file, reference))
     assert said[0].code == "parameters"
@@ -266,7 +267,8 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     assert found.causes.fitted == ()
     said = said_of(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
-    # The integrator's residual may hide a wrong term, so the equations are not called satisfied.
+    # The errors of the integrator may hide a wrong term, so the report must not state that the file
+    # satisfies the equations.
     assert ARE_MET not in nothing.message
 
 
@@ -320,7 +322,7 @@ def test_without_heyoka_parameters_are_found(reference, tmp_path):
 @pytest.mark.proof
 def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
     made = {m.code: m for m in MISTAKES}["trail_normal"]
-    # Each further maneuver takes as much time as this one.
+    # Only one maneuver is used, because each additional one takes as much time as this one.
     found = without_heyoka(results_of(reference, [made], 1e-6).maneuvers[1:2], tmp_path, 201)
     assert found["mistake"]["evidence"]["mistakes"] == ["trail_normal"]
 

@@ -23,7 +23,8 @@ FORMATS = {
     ".ndjson": "json", ".xlsx": "xlsx", ".parquet": "parquet", ".arrow": "arrow",
     ".feather": "arrow", ".mat": "mat", ".nc": "hdf5", ".h5": "hdf5",
 }  # fmt: skip
-# Numbers written with 15 or 16 digits are read back with that precision.
+# Number of digits of the files whose numbers are written with 15 or 16 digits. They are read with
+# that precision.
 DIGITS = {"pandas.xlsx": 16, "sheets.xlsx": 16, "xlsxwriter.xlsx": 16}
 
 
@@ -46,14 +47,14 @@ def test_every_number_is_read(name, packed, tmp_path):
     assert [rows.maneuver for rows in results.maneuvers] == [1, 2, 3]
     tolerance = 0 if digits_of(name) == 17 else 0.51 * 10.0 ** (1 - digits_of(name))
     for m, rows in enumerate(results.maneuvers):
-        # The times are the nearest binary64 numbers or have 17 digits; both mean the decimal
-        # numbers.
+        # The times in the file are the nearest binary64 numbers, or have 17 digits. In both cases
+        # they mean the decimal numbers.
         for i, (hi, lo) in enumerate(zip(rows.time, rows.time_lo, strict=True)):
             assert abs(Fraction(hi) + Fraction(lo) - Fraction(91 * i, 100)) < 1e-30
         assert sorted(rows.values) == sorted(KEYS)
         for k, key in enumerate(KEYS):
             expected = ROWS[:, 8 * m + k + 1]
-            # pandas writes a fixed number of decimals for values below one.
+            # pandas writes values below one with a fixed number of decimals.
             scale = np.maximum(np.abs(expected), 1.0 if digits_of(name) == 13 else 0.0)
             assert np.all(np.abs(rows.values[key] - expected) <= tolerance * scale), (m, key)
     said = {f.code for f in results.findings} - {"times_read_as_multiples"}
@@ -88,7 +89,7 @@ def test_the_decimals_of_json_are_exact(tmp_path):
     for hi, lo, i in rest:
         assert abs(Fraction(hi) + Fraction(lo) - Fraction(rolls[i])) < Fraction(1, 10**30)
     assert rows.quantum["roll_angle"].digits == 31
-    # A constant column is written like the others.
+    # A constant column counts as written with the digits of the other columns.
     assert rows.quantum["forward_speed"] == rows.quantum["roll_angle"]
     assert results.significant_digits == 31
 

@@ -189,21 +189,21 @@ def test_a_path_with_bars_is_no_separator(tmp_path):
     ]
 
 
-# Small examples of what the game found.
+# Small examples of the faults that the game with real libraries has found.
 
 
 @pytest.mark.parametrize(
     ("text", "values"),
     [
-        # The time of a long table keeps its unit.
+        # The time of a long table keeps the unit in its name.
         ("t_ms,variable,value\n0,roll_angle,1\n0,v,4\n500,roll_angle,2\n500,v,4\n", [1, 2]),
-        # A heading with units above an index column is not one name longer.
+        # A heading with units above an index column is not one longer name.
         ("   time [ms]  roll_angle\n0  0  1\n1  500  2\n", [1, 2]),
-        # Two levels of names and a column of words.
+        # A table with two levels of names, and with a column of words.
         (",bike,bike,\ntime,roll_angle,forward_speed,phase\n0,1,4,a\n0.5,2,4,b\n", [1, 2]),
-        # Nanoseconds of a time stamp whose path has other separators.
+        # The nanoseconds of a time stamp, whose path is separated by double colons.
         ("stamp::sec,stamp::nanosec,phi,word\n7,0,1,a\n7,500000000,2,a\n", [1, 2]),
-        # A unit as R writes it
+        # A unit in the form in which R writes it.
         ("time..ms.,roll..rad.\n0,1\n500,2\n", [1, 2]),
     ],
 )
@@ -229,7 +229,8 @@ def test_columns_may_be_split_over_groups(reference):
     report = score(given, reference, maneuver=2)
     assert {c.key for c in report[2].columns} == {*state, *energy}
     assert {*report.grades} == {Grade.RIGHT}
-    # A name alone may belong to a part: it is named, and without it the file is not called correct.
+    # If an energy is the only one in its group, it may be that of a part. It is named as not
+    # compared, and the file is not called correct.
     one = {"time": m.time, "state": state, "energy": {"potential_energy": m["potential_energy"]}}
     report = score(one, reference, maneuver=2)
     assert not report.is_right

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.score import score
 
 TIME = np.arange(101) / 10
 STATES = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
-# Correct digits of the coarsest columns, if everything is written in binary64.
+# Number of correct digits of the coarsest columns, if the program writes everything in binary64.
 RIGHT = 12
 
 

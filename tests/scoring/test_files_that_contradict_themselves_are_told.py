@@ -20,7 +20,7 @@ def test_energies_that_add_up_pass_whatever_their_error(reference):
 
     report = score(made(reference, change), reference)
     assert codes(report) == []
-    # The values are rounded twice, before and after the error is added.
+    # The values are rounded twice: before and after the error is added.
     for m in report.maneuvers:
         assert m.consistency.energy_sum <= 2 * m.consistency.energy_sum_floor
 
@@ -63,8 +63,8 @@ def test_an_error_shared_by_angle_and_rate_is_no_contradiction(reference, size):
     report = score(made(reference, change), reference)
     assert "rate_is_not_the_derivative" not in codes(report)
     for m in report.maneuvers:
-        # The error of the trapezoidal rule is size w^3 h^2 / 12; rounding adds one last digit per
-        # step.
+        # The trapezoidal rule has an error of size w^3 h^2 / 12, with w = 2/s and h = 0.01 s.
+        # Rounding adds one unit of the last digit per step.
         assert m.consistency.steer_rate < size * 8e-4 / 12 + 2 * np.spacing(0.2) / 0.01
         # With a larger error the definitions of roll angle and rate are undecided, which is no
         # contradiction.
@@ -143,7 +143,7 @@ def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, 
     random = np.random.default_rng(24)
 
     def change(key, values, number):
-        # Largest relative rounding error of a value with 24 bits.
+        # The noise has the largest relative rounding error of a value with 24 bits.
         noise = random.uniform(-1.0, 1.0, len(values)) * 2.0**-24
         return values + times * noise * np.sqrt(np.mean(values**2))
 

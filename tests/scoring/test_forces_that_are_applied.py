@@ -34,8 +34,8 @@ AMOUNTS = {
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
 FRAME = {R: B, F: H, B: B, H: H}
 GRAVITY = 9.81
-# Smallest change that a force must cause within 0.6 s, relative to the column; and largest error of
-# this change, relative to the change.
+# SEEN: a force must cause at least this change within 0.6 s, relative to the column. RIGHT: largest
+# error of this change, relative to the change.
 SEEN, RIGHT = 1e-5, 1e-3
 
 
@@ -120,7 +120,7 @@ def applied(name, amount, program):
         "velocity_damping": lambda i, m, t, a, v, w, h: (-m * v, -t @ w[i]),
         "linear_damping": lambda i, m, t, a, v, w, h: (-m * v, 0.0),
         "angular_damping": lambda i, m, t, a, v, w, h: (0.0, -t @ w[i]),
-        # Rolling forward is a rotation about -y.
+        # Rolling forward is a rotation about -y, so the resisting torque is about +y.
         "rolling_resistance": lambda i, m, t, a, v, w, h: (0.0, (i in wheels) * (a @ AXLE)),
         "scrub": lambda i, m, t, a, v, w, h: (0.0, -(i == FRAME[wheels[0]]) * w[i][2] * DOWN),
         "weight": lambda i, m, t, a, v, w, h: (-(i == body) * m * GRAVITY * DOWN, 0.0),
@@ -142,13 +142,13 @@ def applied(name, amount, program):
 
 
 def run(name, amount, steps=60, h=0.01):
-    """Columns over 0.6 s with a force."""
+    """Return the times and columns over 0.6 s of a motion with the force `name` of this amount."""
     right = Program(method=None)
     return made(Program(method=None, applied=applied(name, amount, right)), steps, h)
 
 
 def made(program, steps=60, h=0.01):
-    """Columns of a program that is integrated with the Runge-Kutta method."""
+    """Return the times and columns of a program, integrated by the classical Runge-Kutta method."""
     state = program.start(SPEED, ROLL_RATE)
     states = [state]
     for _ in range(steps):
@@ -211,7 +211,8 @@ def test_a_diagnosis_names_them(reference):
     first = next(f for f in found.diagnosis if f.code == "parameters")
     (change,) = first.evidence["changes"][0]
     assert (change["unknown"], change["unit"]) == ("velocity_damping", "s-1")
-    # Steps twice as long give an error of 3e-5: Runge-Kutta itself damps the castering mode.
+    # With steps twice as long the error would be 3e-5, because the Runge-Kutta method itself damps
+    # the castering mode.
     assert change["value"] == pytest.approx(0.04, rel=1e-5)
 
 
@@ -314,5 +315,5 @@ def test_a_round_section_of_tyres_is_the_slope_of_its_potential(bicycle, roll, s
         return (ahead - behind) / (2 * step)
 
     right = [-slope(along) for along in np.eye(2)]
-    # The expected value is of first order in the lean, whose square is 1e-3.
+    # The expected value neglects terms of the order of the squared lean, which is 1e-3.
     assert found == pytest.approx(right, rel=3e-3, abs=1e-3 * max(map(abs, right)))

@@ -80,7 +80,7 @@ def test_one_more_is_read(with_another, tmp_path):
     results = read_results(path)
     assert results.format == "mbsim"
     assert list(results.maneuvers[0].values) == ["roll_angle", "steer_angle"]
-    # A reader that returns None leaves the file to other readers. No other reader accepts it.
+    # A reader that returns None leaves the file to other readers. None of those accepts this file.
     path.write_bytes(MAGIC)
     with pytest.raises(InputError, match=re.escape(listed())):
         read_results(path)

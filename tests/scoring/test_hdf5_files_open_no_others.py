@@ -23,7 +23,7 @@ def link_by_way_of_another(f, other, text):
 
 def name_that_is_a_place(f, other, text):
     f["away"] = h5py.ExternalLink(other, "/")
-    # A placeholder of the right length. Its bytes are replaced below.
+    # A placeholder of the same length as the other name. Its bytes are replaced below.
     f["away|rows"] = h5py.ExternalLink(other, "/rows")
 
 

@@ -89,7 +89,8 @@ def test_a_force_is_no_method(reference, equations):
 def test_a_diagnosis_begins_with_it(reference, program):
     first, *_ = diagnose(program.run(METHODS["Heun"](program), 0.005), reference).diagnosis
     assert first.code == "integrator"
-    # The program uses other coordinates than the methods that are compared.
+    # The program uses coordinates that differ from those of the simulated methods, so the named
+    # method is only the nearest.
     begins = "The nearest of the methods known here is Heun's method with a step of 0.005 s. Run"
     assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]

@@ -25,7 +25,8 @@ def test_linear_motions_agree_with_scipy(reference, bicycle, number):
     start = (0.0, 0.0, 0.0, y[2, 0], 0.0, speed)
     found = linear_columns(bicycle, start, reference[number].time)
     for key, values in zip(LATERAL, y, strict=True):
-        # SciPy's tolerance, amplified over ten seconds by the unstable maneuver 1.
+        # The difference is SciPy's tolerance of 1e-12, amplified over ten seconds by the unstable
+        # maneuver 1.
         assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
 
 
@@ -50,7 +51,7 @@ def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, numbe
     one = replace(whole, maneuvers=(whole.maneuvers[number - 1],))
     (only,) = said(one, reference, simulator)
     assert only.code == "linearised"
-    # The linear program was run with a tolerance of 1e-3, which shows as a further error.
+    # The linear program was run with a tolerance of 1e-3, which shows as an additional error.
     assert f"of maneuver {number} and less in roll and steer elsewhere" in only.message
     assert "Nothing else" not in only.message
 

@@ -13,7 +13,7 @@ from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
 NAMES = ("time", *KEYS)
-BITS = 166  # 50 decimal digits
+BITS = 166  # bits of 50 decimal digits
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_digits_beyond_binary64_are_compared(way, rows, reference):
     report = score(WAYS[way](rows), reference, maneuver=2)
-    # A published hi + lo value has 32 digits.
+    # A published value hi + lo has 32 digits.
     assert min(c.scd for c in report[2].columns) > 31
     assert report.file.significant_digits >= 31
 

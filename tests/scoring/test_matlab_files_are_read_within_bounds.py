@@ -17,7 +17,7 @@ from support.without_packages import python
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])
-# Each kind: the values as written, and as read.
+# For each kind: the values as they are written, and as they are read.
 KINDS = {
     "matrix": (np.arange(12.0).reshape(3, 4) / 7,) * 2,
     "long": (np.arange(30000.0), np.arange(30000.0)[None]),
@@ -189,7 +189,7 @@ def zeros(kind, count):
         zeros(9, MOST // 4) * 4,  # four arrays, above the limit together
         zeros(6, MOST // 4),  # bytes, which become double precision
         zeros(4, MOST // 4),  # characters
-        # Many empty cells
+        # an array with many empty cells
         element("<", 15, zlib.compress(
             matrix("<", b"x", 1, (1, MOST // 16), struct.pack("<II", 14, 0) * (MOST // 16)), 9)
         ),

@@ -28,9 +28,10 @@ from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
 from support.said import said_of
 
 BY_CODE = {m.code: m for m in MISTAKES}
-# One mistake of each kind; `-m slow` tries all. Late rows are covered in `test_score_diagnoses`.
+# One mistake of each kind. All mistakes are tried with `-m slow`. Late rows are covered in
+# `test_score_diagnoses`.
 SOME = ("inertia_B_from_hub", "roll_without_wheels", "maneuver_2_as_1_1_as_2")
-# The errors of crude methods that most resemble a mistake, and the maneuvers that show them.
+# The crude methods whose errors most resemble a mistake, and the maneuvers that show these errors.
 CLOSEST = (
     pytest.param("semi-implicit Euler", 0.01, (1, 2, 3), marks=pytest.mark.proof),
     pytest.param("implicit Euler", 0.01, (1,), marks=pytest.mark.proof),
@@ -70,8 +71,8 @@ def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, 
     speed, rate = (float(Fraction(m.inputs[key])) for key in ("speed", "roll_rate"))
     found = simulator.run(bicycle, (0.0, 0.0, 0.0, rate, 0.0, speed), m.time)
     for name in m.columns:
-        # The run takes 50 to 150 steps with errors of 1e-14; nearly zero columns have the state's
-        # error.
+        # The run takes 50 to 150 steps, each with an error of 1e-14. Columns that are nearly zero
+        # have the error of the whole state.
         scale = max(np.max(np.abs(m.rows[name])), 1e-2)
         assert np.max(np.abs(found[name] - m.rows[name])) < 1e-12 * scale
 
@@ -83,7 +84,7 @@ def test_the_parts_of_the_energies_agree_with_euler_angles(bicycle, simulator):
     found, expected = simulator.run(bicycle, start, time), motion(bicycle, start, time)
     of_bodies = [f"{kind}_energy_of_{b}" for kind in ("kinetic", "potential") for b in "RBHF"]
     for name in ("spin_energy", "rotation_energy", *of_bodies):
-        # The tolerance allows for the other integrator.
+        # The tolerance allows for a different integrator.
         assert found[name] == pytest.approx(expected[name], rel=1e-9)
     wheels = sum(float(bicycle[f"I{w}yy"].rational) * (4.6 / r) ** 2 for w, r in
                  (("R", 0.3), ("F", 0.35)))  # fmt: skip
@@ -133,7 +134,7 @@ def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert (mistake.code,) in first(found)
     told = found.classes[0][0].mistakes[0].says
-    # 1 / 1.01, to the digits that remain with an error of 1e-6.
+    # The number 0.990099 is 1 / 1.01, to the digits that remain with an error of 1e-6.
     assert "0.990099" in told
 
 
@@ -196,7 +197,8 @@ def test_a_correct_program_is_not_accused(reference, simulator, level):
     assert found.classes == ()
     assert found.causes.fitted == ()
     said = [f.code for f in said_of(found, score(results, reference))]
-    # No motion has these columns, so their residual is reported, but no cause.
+    # These columns do not belong to any motion. So the report states their residual, but names no
+    # cause.
     assert "no_mistake_found" in said
 
 

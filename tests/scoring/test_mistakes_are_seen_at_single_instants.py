@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-import checked_mistakes as made  # in docs/_site
-from marked_parts import split  # in docs/_site
+import checked_mistakes as made  # the module is in docs/_site
+from marked_parts import split  # the module is in docs/_site
 
 SOME = ("sign_IBxz", "trail_normal", "centre_B_from_hub", "no_gyroscopic", "linearised_no_c1")
 BY_CODE = {m.code: m for m in made.IN_MODEL}

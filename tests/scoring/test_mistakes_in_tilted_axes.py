@@ -43,7 +43,8 @@ def test_table_1_in_steer_axes_is_this_global_tensor(reference):
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        # The tensor that the program uses, as a function of the correct one and the rotation.
+        # For each mistake: its code, and the tensor that the program uses, as a function of the
+        # correct tensor and the rotation.
         ("inertia_{}_rotated", lambda i, r: i),
         ("inertia_{}_rotated_wrong_way", lambda i, r: r @ i @ r.T),
         ("sign_I{}xz_along_steer", lambda i, r: np.array([[1, 1, -1]] * 2 + [[-1, 1, 1]])
@@ -57,7 +58,7 @@ def test_inertia_is_what_was_given_in_tilted_axes(reference, bodies, code, given
         expected = tensor(known, body)
         if body in bodies:
             expected = r @ given(expected, r) @ r.T
-        # The tolerance is the rounding error of 10 kg m^2.
+        # The tolerance is the rounding error of a tensor of 10 kg m^2.
         assert tensor(p, body) == pytest.approx(expected, abs=1e-14)
 
 

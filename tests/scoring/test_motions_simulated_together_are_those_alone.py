@@ -9,9 +9,9 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest
 
 TIME = np.linspace(0.0, 10.0, 101)
-# A motion that ends at once.
+# Initial state of a motion that ends at once.
 ENDING = (1.5, 0.0, 0.0, 5.0, 0.0, 4.0)
-# A motion that ends after some tenths of a second.
+# Initial state of a motion that ends after some tenths of a second.
 FALLING = (0.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 STARTS = [(0.0, 0.0, 0.0, rate, 0.0, speed) for rate, speed in
           ((0.05, 4.0), (0.5, 4.6), (0.05, 8.0), (0.05, 5.0), (0.02, 6.0))]  # fmt: skip
@@ -24,7 +24,8 @@ def check(simulator, motions):
         for name, x in alone.items():
             good = np.isfinite(x)
             assert np.array_equal(good, np.isfinite(made[name])), name
-            # Newton's iterations stop for all motions together, which causes small differences.
+            # Newton's iterations stop at the same time for all motions, which causes small
+            # differences from motions simulated alone.
             size = np.max(np.abs(x[good]), initial=1e-3)
             assert np.max(np.abs(made[name] - x)[good], initial=0.0) <= 1e-12 * size, name
     return together

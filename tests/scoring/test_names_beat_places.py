@@ -42,7 +42,7 @@ def test_a_path_is_its_last_step(form, keys, reference, tmp_path):
     report = score(path, reference, maneuver=2)
     assert is_right_in_part(report)
     assert {c.key for c in report[2].columns} == {*keys}
-    # The same columns as arrays in memory
+    # Read the same columns from arrays in memory.
     arrays = {form.format(k): m[k] for k in keys}
     assert is_right_in_part(score({"time": m.time, **arrays}, reference, maneuver=2))
 
@@ -61,13 +61,13 @@ def test_a_wrong_column_under_a_path_is_wrong(form, reference, tmp_path):
 @pytest.mark.parametrize(
     ("names", "found"),
     [
-        # A single name may be that of a part.
+        # If the file contains only one name with a path, it may be the name of a part.
         (["time", "roll_angle", "wheel.forward_speed"], None),
-        # Words and letters of a part are not those of the bicycle.
+        # Words and letters in the path of a part do not refer to the bicycle.
         (["time", "roll_angle", "wheel.speed", "wheel.phi"], None),
-        # A set point is named after the quantity that it sets.
+        # A set point is named after the quantity that it prescribes.
         (["time", "roll_angle", "steer_angle", "ref.roll_angle", "ref.steer_angle"], None),
-        # If there are two bicycles, neither has precedence.
+        # If the file contains two bicycles, neither takes precedence.
         (["time", "a.roll_angle", "a.roll_rate", "b.roll_angle", "b.roll_rate"], None),
         (["t", "a.roll_angle", "a.roll_rate"], ["t", "roll_angle", "roll_rate"]),
         (["a.time", "a.roll_angle [deg/s]", "a.v [m/s]"],
@@ -156,7 +156,7 @@ def test_an_index_without_a_name_is_none(reference, tmp_path):
     path = tmp_path / "r.txt"
     path.write_text("\n".join(["   ".join(["time", *keys]), *rows]) + "\n")
     assert score(path, reference, maneuver=2).is_right
-    # A first column that does not count the rows is not an index.
+    # A first column that does not count the rows is not read as an index.
     path.write_text(path.read_text().replace("\n7  ", "\n77  "))
     with pytest.raises(InputError, match="found 10 columns"):
         read_results(path)

@@ -33,8 +33,8 @@ def test_no_honest_file_loses_a_digit(honest_outcomes):
     assert [(o.number, o.lost) for o in honest_outcomes if o.lost] == []
 
 
-# In these files another definition reduces the error by a factor of 3 to 7. It is the likeliest
-# one, but others remain open.
+# In these files, a definition other than the default reduces the error by a factor of 3 to 7. That
+# definition is the likeliest, but others remain possible.
 @pytest.mark.parametrize("number", [916, 1244, 1997, 2040, 2351, 2724, 4044])
 def test_the_likeliest_definition_counts_where_several_are_open(number):
     assert not play.play_honest(number).lost
@@ -46,8 +46,8 @@ def test_no_honest_file_of_5000_loses_a_digit():
     assert [(o.number, o.lost) for o in found if o.lost] == []
 
 
-# The game must be able to fail: each of the following tests breaks the scorer that is played
-# against.
+# The game must be able to fail: each of the following tests breaks the scorer and checks that the
+# game notices it.
 
 
 def lost(count):

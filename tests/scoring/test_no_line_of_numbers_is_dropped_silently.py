@@ -81,7 +81,7 @@ def test_the_common_factor_of_matlab_is_applied(results, table, form, power, dig
     lines = ["m2 =", "", f"   1.0e+{power:02d} *", "", *lines_of(table / 10**power, "   ", form)]
     found = results(lines)
     assert np.abs(values(found) - table).max() <= digits
-    # The resolution is the last decimal place times the factor.
+    # The resolution is one unit of the last decimal place, times the conversion factor.
     (rows,) = found.maneuvers
     quantum = rows.quantum["roll_angle"].at(rows.values["roll_angle"])
     assert quantum == pytest.approx(10.0 ** (power - len(form % 0) + 2))

@@ -43,8 +43,8 @@ def test_no_wrong_file_of_20000_passes():
     assert [(o.number, o.lost) for o in found if o.lost] == []
 
 
-# The game must be able to fail: each of the following tests breaks the scorer that is played
-# against.
+# The game must be able to fail: each of the following tests breaks the scorer and checks that the
+# game notices it.
 
 
 def test_the_game_sees_values_that_are_not_compared(monkeypatch):
@@ -66,7 +66,7 @@ def a_part_is_enough(monkeypatch):
     """Let few columns and a part of the run suffice, so that only the patched check decides."""
     for module in (verdict, requirements):
         monkeypatch.setattr(module, "ALL_COLUMNS", 0)
-        monkeypatch.setattr(module, "WHOLE", 0.0)
+        monkeypatch.setattr(module, "MIN_COVERAGE", 0.0)
 
 
 @pytest.mark.usefixtures("a_part_is_enough")

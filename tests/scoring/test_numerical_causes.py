@@ -33,8 +33,8 @@ def told(results, reference):
     return finding_text.findings(causes(score(results, reference)))
 
 
-# Findings on the motion, whatever its errors look like. The errors here are those of no motion, so
-# these findings are ignored.
+# Findings about the motion as a whole. In these tests, errors are added to the columns and do not
+# come from a motion, so these findings are ignored.
 OF_MOTION = {"begins_as", "energy_varies", "energy_kept"}
 
 
@@ -84,7 +84,8 @@ def test_a_smooth_error_of_no_method_is_called_smooth(reference, level):
 def test_energy_that_falls_or_grows_in_every_maneuver_is_told(reference, rate, sign, code):
     def changed(key, values, number):
         lost = {"kinetic_energy": rate, "mechanical_energy": rate}.get(key, 0.0)
-        # As with a numerical method, the loss increases slowly; a force would do work at once.
+        # The energy loss grows slowly at first, as it does with a numerical method. A force would
+        # do work at once.
         return sign * lost * reference[number].time ** 2 / 10.0 * values
 
     assert names(told(with_errors(reference, 0.0, changed), reference)) == [code]
@@ -116,7 +117,7 @@ def test_noise_of_one_column_beside_a_smooth_error_is_named(reference):
 
     found = told(with_errors(reference, 1e-2, noise), reference)[-1]
     assert found.code == "rough_error"
-    # The columns in which the noise exceeds a thousandth of the largest value.
+    # The finding names the columns in which the noise exceeds a thousandth of the largest value.
     assert {*found.evidence["columns"]} == {
         f"{n}.steer_angle"
         for n in reference

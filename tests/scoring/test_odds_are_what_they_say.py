@@ -32,7 +32,8 @@ EXUDYN = {
     "forward_speed": "forward_speed_hub_body_x",
 }
 OPEN = tuple(EXUDYN)
-# Sizes of the error, relative to the difference between two definitions: evenly spaced logarithms.
+# Sizes of the error, relative to the difference between two definitions. Their logarithms are
+# evenly spaced.
 SIZES = np.outer((1, -1), 10.0 ** np.arange(-1.5, 1.6)).ravel()
 ROWS = (50, 1001)  # the first half second, and the whole run
 
@@ -65,7 +66,8 @@ def odds_against_the_truth(reference, errors, rows):
         unit = error[:rows] / np.max(abs(error[:rows]))
         for true, other in permutations(DEFINITIONS[key], 2):
             apart = np.max(abs(m[true.name] - m[other.name])[:rows])
-            # If the definitions differ in the first row, the first row alone decides.
+            # Skip definitions that differ in the first row, because then the first row alone
+            # decides.
             if apart == 0 or m[true.name][0] != m[other.name][0]:
                 continue
             for size in SIZES:

@@ -32,7 +32,8 @@ def test_the_order_is_that_of_the_error(reference, order):
     assert len(series.convergence) == 24
     for c in series.convergence:
         assert c.orders == pytest.approx((order, order), abs=1e-6)
-        # The whole error is proportional to one power of h, so only rounding remains.
+        # The whole error is proportional to one power of h. Extrapolation removes it, and only
+        # rounding remains.
         assert c.richardson_error < 20 * c.floor
     (finding,) = series.findings
     assert finding.code == "order"
@@ -45,7 +46,7 @@ def test_extrapolation_leaves_the_next_power(reference):
     series = score_series(runs, reference, steps=steps)
     c = next(c for c in series.convergence if (c.maneuver, c.key) == (1, "roll_angle"))
     m = reference[1]
-    # The extrapolation f2 + (f2 - f1) / 3 keeps h2^3 - (h1^3 - h2^3) / 3 of the cubic term.
+    # The extrapolation f2 + (f2 - f1) / 3 leaves h2^3 - (h1^3 - h2^3) / 3 of the cubic term.
     left = 40.0 * (steps[1] ** 3 - (steps[0] ** 3 - steps[1] ** 3) / 3)
     expected = np.max(np.abs(left * np.sin(m.time) * m.rows["roll_angle"]))
     assert c.richardson_error == pytest.approx(expected, rel=1e-6)

@@ -80,7 +80,7 @@ def test_a_definition_is_found_although_one_maneuver_says_the_contrary(reference
 
 @pytest.mark.parametrize(
     ("name", "definition"),
-    # The scripts write the body's angular velocity about its own axis, or about the heading.
+    # The scripts write the angular velocity of the body about its own axis, or about the heading.
     [("ode-best", "body_x"), ("mujoco-best", "body_x"), ("simbody-default", "lean_rate")],
 )
 def test_the_roll_rate_of_coarse_runs_is_the_likeliest(reference, name, definition):
@@ -92,7 +92,7 @@ def test_the_roll_rate_of_coarse_runs_is_the_likeliest(reference, name, definiti
 def test_the_trapezoidal_rule_is_of_second_order(exudyn):
     for c in exudyn.convergence:
         assert c.orders == pytest.approx((2.0,), abs=0.05)
-        # Extrapolation gains at least one digit over the finer run.
+        # Extrapolation gains at least one digit compared with the finer run.
         assert c.richardson_error < c.errors[1] / 10
     assert [f.code for f in exudyn.findings] == ["order"]
 
@@ -124,17 +124,17 @@ def test_scipy_gains_digits_with_its_tolerance(reference):
                 assert c.as_understood.definition == DEFINITIONS[c.key][0].definition
 
 
-# Exudyn's axes have y to the left and z up. The sensor's lateral force is positive to the left. The
-# forces on the axles have the axes of the frames.
+# In Exudyn's axes, y points to the left and z points up. The lateral force of its sensor is
+# positive to the left. The forces on the axles are resolved in the axes of the frames.
 TURNED = {
     "rear_contact_y", "front_contact_y", "com_y", "com_z", "rear_frame_omega_y",
     "rear_frame_omega_z", "rear_lateral_force", "front_lateral_force", "rear_axle_force_x",
     "front_axle_force_x",
 }  # fmt: skip
-# Largest error, relative to the largest value, of a second-order method with steps of 0.001 s: (h
-# 20/s)^2, where the fastest mode decays at a rate of 20/s. The largest measured error is 8e-5.
+# Largest error of a second-order method with steps of 0.001 s, relative to the largest value: (h
+# 20/s)^2, because the fastest mode decays at a rate of 20/s. The largest measured error is 8e-5.
 SECOND_ORDER = 4e-4
-FORGOTTEN = 0.1  # [s] time after which an error of the start has decayed: 100 steps
+FORGOTTEN = 0.1  # [s] after this time (100 steps) an error of the start has decayed
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +172,8 @@ def test_the_trapezoidal_rule_never_forgets_its_first_forces(forces):
     for c in m.columns:
         relative = c.as_understood.measures.max_rel_error
         if c.key.endswith("normal_force"):
-            # There are ten steps per row, so the sign of the error is the same in every row.
+            # Each row comes after ten more steps, an even number. So the alternating error has the
+            # same sign in every row.
             error = c.trace.error
             assert error[0] > 0.005 * np.max(c.trace.reference)
             assert np.all(np.abs(error - error[0]) < 0.15 * error[0])

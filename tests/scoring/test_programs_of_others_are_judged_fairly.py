@@ -57,15 +57,16 @@ def test_definitions_signs_units_and_zeros_cost_no_digits(reference, tmp_path):
         run: fewest_digits(File("", run), runs, tmp_path, reference)
         for run in ("symbrim-dop853-1e-12", "exudyn-trapezoidal-0.001", "newton-dop853-1e-12")
     }
-    # A column in another definition has an error of its own, close to the one in the default.
+    # A column in a different definition has an error of its own, of about the same size as the
+    # error in the default definition.
     lost = {
         f.name: (digits, plain[f.run])
         for f in files(runs.index)
         if f.expected == "convention" and f.run in plain
         if (digits := fewest_digits(f, runs, tmp_path, reference)) < plain[f.run] - 0.5
     }
-    # Two columns have no known definition, and their nearest known one is not rejected: the speed
-    # of the rider's own centre of mass, and a rate about a ground axis.
+    # Two columns have no known definition: the speed of the rider's own centre of mass, and a rate
+    # about a ground axis. The nearest known definition is not rejected for them.
     assert lost.keys() <= {"exudyn-rider", "exudyn-global-rate"}, lost
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED, DERIVATIVES, RATE_OF
 
-STEP = 1e-4  # [s]
+STEP = 1e-4  # [s] step of the central differences
 TIMES = np.linspace(0.1, 9.9, 99)
 # The error of central differences is STEP**2 / 6 times the third derivative. The fastest mode has a
 # time constant of about 1/20 s, so this is below 20**2 * STEP**2 / 6 = 7e-7 of the rate. Rounding

@@ -14,8 +14,8 @@ from openpyxl import Workbook
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 
-# [bytes] memory for a row of three numbers: the values, the low part of the time, the line number,
-# and one more column while they are combined. It used to be 128.
+# [bytes] limit of the memory for a row of three numbers. It is used for the values, the low part of
+# the time, the line number, and one more column while they are combined. It was 128 bytes once.
 MOST_OF_A_ROW = 100
 MEASURED = """
 import resource, sys

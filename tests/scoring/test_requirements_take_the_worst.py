@@ -15,7 +15,7 @@ from heyoka_bike.scoring.requirements import check, parse
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.scores import Measures
 
-# Largest errors by maneuver and column; every other column is exact.
+# Sizes of the largest errors by maneuver and column. Every other column is exact.
 SIZES = {(1, "roll_angle"): 1e-6, (2, "roll_angle"): 1e-5, (2, "steer_rate"): 1e-4}
 
 
@@ -216,7 +216,8 @@ def chosen(rows, pick):
 
 @pytest.mark.timeout(20)
 def test_what_is_no_requirement_is_refused_at_once():
-    # Parsing must not take time quadratic in the number of digits: a server parses untrusted text.
+    # The time for parsing must not grow with the square of the number of digits, because a server
+    # parses untrusted text.
     with pytest.raises(InputError, match="require: found 'scd>=1111"):
         parse("scd>=" + "1" * 200_000 + "x")
 

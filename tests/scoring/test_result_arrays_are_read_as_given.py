@@ -208,7 +208,7 @@ def test_types_of_numbers(dtype):
         exact = table[:, 1 + k].astype("g")
         assert np.array_equal(rows.values[key], exact.astype("f8"))
         if dtype == "g" and np.finfo("g").nmant > 52:
-            # Binary64 numbers in a longer type have no low part.
+            # Binary64 numbers that are stored in a longer type have no low part.
             rest = rows.lo.get(key, 0.0)
             assert np.array_equal(rows.values[key].astype("g") + rest, exact)
             assert (key in rows.lo) == (exact != exact.astype("f8")).any()
@@ -220,7 +220,7 @@ def test_second_parts_are_added_exactly():
     hi, lo = np.array([1.0, 2.0, 3.0]), np.array([1e-17, -2e-16, 0.25])
     results = read_results({"time": hi, "roll": hi, "roll_lo": lo})
     (rows,) = results.maneuvers
-    # A second part that is larger than a rounding error is added to the first one.
+    # A low part that is larger than a rounding error is added to the high part.
     assert rows.values["roll_angle"].tolist() == [1.0, 2.0 - 2e-16, 3.25]
     assert (rows.values["roll_angle"] + rows.lo["roll_angle"]).tolist() == (hi + lo).tolist()
     assert rows.lo["roll_angle"][0] == 1e-17
@@ -254,7 +254,8 @@ def test_long_double_that_is_not_finite():
 
 def test_other_datasets_are_left_out(tmp_path):
     path = tmp_path / "x"
-    # Additional columns that the files of the dataset also contain are not reported.
+    # The dataset's own files contain these additional columns, so they are not reported as left
+    # out.
     own = dict.fromkeys(("roll_angle_bound", "roll_angle_zyx", "roll_angle_zyx_lo"), NINE[:, 1])
     path.write_bytes(hdf5(**named(NINE), **own))
     assert read_results(path).findings == ()

@@ -68,17 +68,17 @@ def test_names_are_recognised(name, key, number):
 @pytest.mark.parametrize(
     ("name", "key"),
     [
-        # Modelica
+        # Names in Modelica
         ("bike.steer.phi", "steer_angle"), ("bike.steer.w", "steer_rate"),
         ("der(bike.steer.phi)", "steer_rate"), ('"revRoll.phi"', "roll_angle"),
         ("bicycle.rollAngle", "roll_angle"), ("bicycle.steeringRate", "steer_rate"),
         ("bike.roll.phi [deg]", "roll_angle"),
-        # Simscape
+        # Names in Simscape
         ("Revolute_Roll.Rz.q", "roll_angle"), ("steer_joint.Rz.w", "steer_rate"),
-        # OpenSim
+        # Names in OpenSim
         ("/jointset/fork/steer_angle/value", "steer_angle"),
         ("/jointset/ground_frame/roll/speed", "roll_rate"),
-        # Other parts, and accelerations
+        # Names of other parts, and names of accelerations
         ("rider.phi", None), ("rearWheel.w", None), ("rearWheel.speed", None), ("der(v)", None),
         ("rider.kineticEnergy", None), ("der(bike.steer.w)", None), ("der(der(steer.phi))", None),
         ("phi.roll", "roll_angle"), ("angle.phi", None),
@@ -91,7 +91,7 @@ def test_names_of_joints(name, key):
 def test_joints_of_maneuvers_and_their_units(tmp_path):
     assert parse_heading("maneuver2.roll.phi").meaning == ("roll_angle", 2)
     assert parse_heading("field.bike.Steer_Joint.Rz.q_3").meaning == ("steer_angle", 3)
-    # The third coordinate of a joint
+    # The name q3 is the third coordinate of a joint, which has no known meaning.
     assert parse_heading("Steer_Joint.Rz.q3").meaning is None
     names = ["time", "bike.roll.phi [deg]", "der(bike.steer.phi)"]
     assert found(read_results(written(tmp_path, names))) == {
@@ -242,7 +242,7 @@ def test_nine_columns_of_which_not_all_names_are_known(tmp_path):
     results = read_results(written(tmp_path, names))
     assert results.findings == ()
     assert found(results)[None, "steer_rate"] == 8
-    # Known names in an unusual order decide, and the unknown names are reported.
+    # If known names are in an unusual order, the names decide, and the unknown names are reported.
     names = ["time", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"]
     results = read_results(written(tmp_path, names))
     assert found(results) == {
@@ -258,13 +258,13 @@ def test_nine_names_of_which_the_time_is_not_known():
     def read(names):
         return read_results({name: [j + 0.5, 100.5 + j] for j, name in enumerate(names)})
 
-    # The order decides, and a contradicting letter is reported.
+    # The order of the columns decides, and a letter that contradicts it is reported.
     results = read(["i", "roll", "p", "x1", "x2", "x3", "u", "steer", "v"])
     assert found(results)[None, "roll_angle"] == 1
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("names_not_used", "warning")
     assert finding.evidence["columns"] == [7, 9]
-    # The order does not override words.
+    # The order of the columns does not override words.
     with pytest.raises(InputError, match="column names 'i', 'x1', 'x2', 'x3', 'r' not understood"):
         read(["i", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"])
 

@@ -152,7 +152,7 @@ def test_the_same_rows(way, reader, rows, tmp_path, monkeypatch):
     assert_same(results, rows)
     assert results.path == str(path)
     assert results.format == "text"
-    # Two numbers alone in a line may be an interrupted row.
+    # Two numbers alone in a line may be an interrupted row, so the line is reported as not read.
     said = ["lines_not_read"] if way == "a few numbers above" else []
     assert [f.code for f in results.findings] == said
     assert results.significant_digits == 17
@@ -223,7 +223,8 @@ def test_the_published_digits_beyond_binary64(name, folder, reference):
     for m, rows in enumerate(results.maneuvers, start=1):
         assert np.array_equal(rows.time, reference[m].time)
         assert np.array_equal(rows.time_lo, reference[m].time_lo)
-        # Other columns of uncontrolled-bicycle.h5 are the same quantities in other definitions.
+        # The additional columns of uncontrolled-bicycle.h5 are the same quantities in different
+        # definitions.
         keys = {c.key for c in COLUMNS} if name.endswith("h5") else set(BENCHMARK_COLUMNS)
         assert set(rows.values) == set(rows.lo) == keys
         for key in keys:

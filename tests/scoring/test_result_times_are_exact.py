@@ -150,7 +150,7 @@ def test_stored_times_of_two_parts_are_taken_as_they_are():
     lo = np.array([float(t - Fraction(float(t))) for t in exact])
     results = read_results({"time": hi, "time_lo": lo, "roll": hi})
     assert_exact(results.maneuvers[0], exact)
-    # With a given low part no time is guessed: 0.01 is the binary64 number here.
+    # If the low part of a time is given, the time is not guessed: 0.01 is the binary64 number here.
     hundredths = np.arange(100) / 100
     results = read_results({"t": hundredths, "t_lo": np.zeros(100), "roll": hundredths})
     assert not results.maneuvers[0].time_lo.any()
@@ -176,7 +176,8 @@ def test_multiples_are_exact_for_any_step(k, d):
     exact = [Fraction(i, 10**d) for i in k]
     found = as_multiples(np.array([float(t) for t in exact]))
     if found is None:
-        # The multiples are too large to exclude chance, or too few of them differ from zero.
+        # No result is correct in two cases: the multiples are too large to exclude chance, or too
+        # few of them differ from zero.
         assert max(k) - min(k) > 10**12 or len(set(k) - {0}) < 3
         return
     places, hi, lo = found

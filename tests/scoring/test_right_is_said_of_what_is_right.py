@@ -18,7 +18,7 @@ def test_a_right_file_is_right_and_a_wrong_one_is_not(reference):
     assert (right.is_right, right.to_dict()["is_right"]) == (True, True)
     assert ": right, " in right.verdict
     wrong = score(made(reference, lambda k, v, n: 1.01 * v if k == "steer_rate" else v), reference)
-    # Without a requirement, every file passes.
+    # Every file passes if there is no requirement.
     assert (wrong.passed, wrong.is_right, wrong.to_dict()["is_right"]) == (True, False, False)
     assert ": wrong, " in wrong.verdict
 
@@ -56,7 +56,7 @@ def test_few_digits_cannot_be_right_and_are_not_called_wrong(reference, tmp_path
     require = ["scd >= 3", "scd >= 6", "columns >= 2"]
     report = score(tmp_path / "a.csv", reference, require, maneuver=2)
     assert report.worst.scd < 4
-    assert ": cannot be told at the digits written, as far as it goes: 2 of 8" in report.verdict
+    assert ": undecided at the digits written, as far as it goes: 2 of 8" in report.verdict
     assert not report.is_right
     assert [r.met for r in report.requirements] == [True, False, True]
 
@@ -96,8 +96,8 @@ def test_the_start_alone_is_called_so_first(reference, tmp_path, count):
     columns = "time,roll_angle,roll_rate,forward_speed"
     report = score(tmp_path / "start.csv", reference, maneuver=2, columns=columns.split(","))
     said = report.verdict.partition(": ")[2]
-    # They are written as 0.5 and 4.6.
-    start = "only the start is there, which the benchmark gives: cannot be told"
+    # The values 0.5 and 4.6 in the file are exactly those of the benchmark's initial conditions.
+    start = "only the start is there, which the benchmark gives: undecided"
     assert said.startswith(start)
     assert not report.is_right
 

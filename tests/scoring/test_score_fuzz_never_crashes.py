@@ -21,13 +21,13 @@ from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import json as as_json
 from heyoka_bike.showing.formats.output import render
 
-# The limit is generous: it must find a hang, not a slow machine.
+# The timeout is generous, because it must end tests that hang, not tests on slow machines.
 pytestmark = pytest.mark.timeout(300)
 
 REFERENCE = load_reference()
 DOCUMENTED = {Exit.INPUT, Exit.NOTHING_SCORED}
 MANY = 100_000
-# The fuzzed files have only a few rows.
+# The fuzzed files have only a few rows, so these requirements demand little.
 _ENOUGH = ["scd >= 1", "columns >= 1", "coverage >= 0"]
 
 PIECES = [
@@ -210,7 +210,8 @@ def loop(seed, count, folder):
 @pytest.mark.proof
 def test_damaged_files_end_with_a_documented_code(tmp_path):
     codes = loop("short", 400, tmp_path)
-    # The damage must neither always make the file unreadable nor never change the result.
+    # The damage must have all three effects: some files still pass, some cannot be read, and some
+    # fail the requirement.
     assert {Exit.OK, Exit.INPUT, Exit.CHECK_FAILED} <= set(codes)
 
 

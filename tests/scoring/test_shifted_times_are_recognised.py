@@ -32,8 +32,8 @@ def test_the_constant_is_found(reference, name, shift):
     (found,) = [f for f in report.findings if f.code == "time_shifted"]
     assert found.evidence["shift"] == pytest.approx(shift, abs=1e-3)
     assert ("too late" if shift > 0 else "too early") in found.message
-    # If the rows move to before the start, they are left out, and the first compared row is another
-    # one.
+    # A negative shift moves rows to before the start. These rows are left out, so the first
+    # compared row is not the initial state.
     assert ("initial state" in found.message) == (shift > 0)
 
 

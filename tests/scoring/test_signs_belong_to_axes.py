@@ -16,7 +16,7 @@ from heyoka_bike.showing.formats.summary import diagnosis
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]
-# Columns whose sign does not depend on that of any other column
+# Columns whose sign does not depend on the sign of any other column
 FREE = ("forward_speed", "pitch", "steer_joint_force_z")
 UNSIGNED = ("rear_friction", "front_friction")
 
@@ -24,7 +24,8 @@ UNSIGNED = ("rear_friction", "front_friction")
 @pytest.mark.parametrize("number", range(40))
 def test_axes_turned_as_vectors_and_turns_are_agree(number):
     random = np.random.default_rng(number)
-    # Odd cases contain quaternions; even ones contain axes of the frames without quaternions.
+    # Cases with an odd number contain quaternions. Cases with an even number contain axes of the
+    # frames, and no quaternions.
     keys = KEYS if number % 2 else [k for k in KEYS if "_frame_q" not in k]
     assert contradictions(signs(random, keys)) == []
 
@@ -32,8 +33,8 @@ def test_axes_turned_as_vectors_and_turns_are_agree(number):
 def test_a_column_turned_round_alone_contradicts_the_others():
     agreeing = dict.fromkeys(KEYS, 1)
     told = {key: contradictions({**agreeing, key: -1}) for key in KEYS}
-    # The common sign of a quaternion is free; q0 is tied to the others by the number of flipped
-    # signs.
+    # The common sign of the components of a quaternion is free. The sign of q0 is tied to the other
+    # components by how many of them are flipped.
     assert [key for key, found in told.items() if not found] == [k for k in KEYS if k in FREE]
     assert all(any(key in c for c in found) for key, found in told.items() if found)
 

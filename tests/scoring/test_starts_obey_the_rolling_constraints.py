@@ -41,7 +41,7 @@ def test_the_kinetic_energy_is_the_published_mass_matrix(upright):
     """The mass matrix M of Meijaard et al. (2007) belongs to roll rate and steer rate."""
     mass = np.array(upright.mass, dtype=float)
     assert mass[:2, :2] == pytest.approx(published_mass_matrix(), rel=1e-12)
-    # By symmetry, forward motion is not coupled to roll and steer.
+    # Because of the symmetry of the bicycle, forward motion is not coupled to roll and steer.
     assert np.max(np.abs(mass[:2, 2])) < 1e-12
 
 

@@ -52,7 +52,7 @@ def test_a_wrong_motion_in_degrees_is_as_wrong_as_in_radians(units, in_radians, 
     assert {*taken(report).values()} == {("degree", 1), ("degree s-1", 1)}
     assert errors(report) == pytest.approx(in_radians, rel=1e-9)
     assert min(in_radians) > 0.5
-    # The contradiction between heading and values is reported for each column.
+    # For each column the report states the contradiction between its heading and its values.
     told = {x.key for x in report.seen if isinstance(x, UnitContradicted)}
     assert told == ({*names} if "rad" in units[0] else set())
 
@@ -121,7 +121,7 @@ def test_the_maneuver(reference):
     columns = wrong(reference)
     given = {"time": columns["time"], **lateral(columns, DEGREES)}
     assert [*score(given, reference)] == [2]
-    # Two maneuvers start with the same roll rate; only the speed excludes one of them.
+    # Two maneuvers start with the same roll rate. Only the speed excludes one of them.
     columns = wrong(reference, 3)
     given = {"time": columns["time"], **lateral(columns)}
     guessed = score(given, reference)
@@ -136,7 +136,7 @@ def test_the_maneuver(reference):
 @pytest.mark.parametrize(("said", "unit"), [("yes", "degree"), ("no", "rad"), ("Yes", "degree")])
 def test_angles_of_opensim_are_in_the_unit_that_the_file_says(said, unit, reference, tmp_path):
     columns = wrong(reference)
-    # Without the first row nothing else shows the unit.
+    # Without the first row, the file does not show the unit.
     some = lateral(columns, DEGREES)
     steer = {key: some[key][1:] for key in ("steer_angle", "steer_rate")}
     path = tmp_path / "states.sto"

@@ -47,7 +47,7 @@ def test_what_is_not_symmetric_is_told_by_two_roll_rates(simulator, right, refer
     found, *_ = beginnings(score(table, reference))
     assert isinstance(found, Unsymmetric)
     assert (found.key, found.small, found.large) == ("roll_angle", 1, 2)
-    # A single maneuver cannot show the asymmetry.
+    # A single maneuver cannot show that the motions are asymmetric.
     alone = {"time": TIME, "roll_angle": table["roll_angle_2"]}
     found = beginnings(score(alone, reference, maneuver=2))
     assert all(isinstance(x, BeginsAs) for x in found)
@@ -96,6 +96,6 @@ def test_it_is_said_where_nothing_explains_the_file(simulator, right, reference)
     table = made(simulator, right, "roll_angle", side_wind=0.5)
     found, _ = causes(score(table, reference))
     assert isinstance(found, Unsymmetric)
-    # The finding needs no search, so it also remains when the budget is spent.
+    # The finding needs no search, so it is reported even if the time for the search is used up.
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
     assert said == ["unsymmetric", "begins_as", "stopped_early"]

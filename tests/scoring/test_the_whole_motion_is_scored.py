@@ -110,7 +110,7 @@ def test_the_other_sign_is_recognised(reference, exact):
     )
     assert report.findings[0].code == "conventions"
     assert signs == SIGNED
-    # -q is the same rotation as q, but -R is not a rotation.
+    # The quaternion -q is the same rotation as q, but the matrix -R is not a rotation.
     assert other == [None, None]
     assert codes(report).count("signs_disagree") == 2
     assert all(c.is_at_floor() for m in report.maneuvers for c in m.columns)
@@ -135,7 +135,7 @@ def test_other_units_are_recognised(reference, exact, key, unit, times):
     assert codes(report) == ["conventions", "unit"]
     for m in report.maneuvers:
         assert m.columns[0].as_understood.unit == unit
-        # The value is rounded twice: when it is written and when it is multiplied.
+        # The value is rounded twice: when it is written, and when it is multiplied by the unit.
         assert m.columns[0].is_at_floor(3)
 
 
@@ -149,7 +149,8 @@ def test_the_maneuver_is_recognised_by_forces(reference, exact):
 
 
 def test_dense_columns_are_compared_at_any_time(reference, motion):
-    # The segments of motion.h5 have other ends than those of the eight columns.
+    # The segments of motion.h5 end at different times from the segments of the eight benchmark
+    # columns.
     assert set(motion[1].breaks) != set(reference[1].breaks)
     t = np.sort(np.random.default_rng(7).uniform(0, 10, 500))
     keys = ("roll_angle", "rear_normal_force", "com_y", "front_frame_q2")
@@ -160,7 +161,7 @@ def test_dense_columns_are_compared_at_any_time(reference, motion):
         rows = Rows(n, t, np.zeros_like(t), values)
         (m,) = score(Results("x", "text", (rows,)), reference).maneuvers
         assert all(c.as_understood.measures.scd > 15.5 for c in m.columns)
-        # Long files use faster routines instead of the exact ones.
+        # For long files, faster routines replace the exact ones.
         many = whole[n].evaluate_many((t, np.zeros_like(t)), keys)
         near = whole[n].approximate(t, keys)
         for k in keys:
@@ -186,8 +187,8 @@ def test_other_columns_are_compared_at_any_time(reference, motion):
 
 @pytest.mark.parametrize("late", ["summed", 9e-10])
 def test_times_near_a_row_mean_it(reference, motion, late):
-    # The rotation matrix follows from the quaternion at the same times. The times are sums of
-    # 100,000 steps in binary64.
+    # The expected matrix follows from the quaternion at the same times. The summed times are sums
+    # of 100,000 steps in binary64.
     t = np.concatenate([[0.0], np.cumsum(np.full(100_000, 1e-4))[99::100]])
     if late != "summed":
         t = motion[2].time + np.where(motion[2].time < 10, late, 0.0)
@@ -201,7 +202,8 @@ def test_times_near_a_row_mean_it(reference, motion, late):
     }
     (m,) = score(Results("x", "text", (Rows(2, t, np.zeros_like(t), values),)), reference).maneuvers
     for c in m.columns:
-        # The column is the result of a few operations in binary64.
+        # The column results from a few operations in binary64, so its error is a few units of
+        # roundoff.
         assert c.values == len(t)
         assert c.as_understood.measures.max_abs_error < 4 * np.finfo(float).eps
 
@@ -238,16 +240,16 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
     assert main(["score", str(path), *more]) == 3
     out = capsys.readouterr().out
     assert "com_y is not in the reference" in out
-    assert "com_y: left out" in out
+    assert "com_y: not compared" in out
     assert f"has no {MOTION}" in out.replace("\n          ", " ")
     path.write_text("\n".join(["time,com_y", *(r.split(",")[0] + ",1" for r in rows)]))
     assert main(["score", str(path), "--reference", str(older), "--maneuver", "2"]) == 2
-    assert "com_y: left out" in capsys.readouterr().err
+    assert "com_y: not compared" in capsys.readouterr().err
 
 
 @pytest.mark.proof
 def test_mistakes_are_simulated_for_the_eight_only(reference, exact):
-    # All columns are exact except one force.
+    # In this file all columns are exact except one force.
     keys = (*BENCHMARK_COLUMNS, "rear_normal_force")
 
     def change(key, values):
@@ -270,7 +272,7 @@ def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     path.write_text("\n".join([head, *rows]))
     assert main(["diagnose", str(path), "--maneuver", "2"]) == 2
     assert "none of them has a value" in capsys.readouterr().err
-    # The score is printed nevertheless.
+    # The command still prints the score, although there is nothing to diagnose.
     assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
     shown = capsys.readouterr().out
     assert "the diagnosis looks at the benchmark's columns" in shown
@@ -355,7 +357,8 @@ def test_maneuvers_are_told_apart_by_what_hardly_varies(reference, exact):
     for n in reference:
         assert scored(None, n).maneuvers[0].maneuver == n
     for n in (1, 2):
-        # Maneuver 3 is nearly at rest, where a change of 1 % of the force is large.
+        # The rows of maneuver n are labelled as maneuver 3. That maneuver is nearly at rest, so a
+        # difference of 1 % of the force is large there.
         (said,) = [f for f in scored(3, n).findings if f.code == "another_maneuver"]
         assert said.evidence["nearest"] == n
 

@@ -59,7 +59,7 @@ def test_times_of_a_clock_count_from_the_first(first, reference):
     report = score(table(reference, "time", times), reference)
     (found,) = [x for x in report.seen if isinstance(x, TimesFromFirst)]
     assert found.first == times[0]
-    # Seconds since 1970 in binary64 have seven digits after the decimal point.
+    # Seconds since 1970, stored in binary64, have seven digits after the decimal point.
     assert report.worst.scd > 4
     assert [m.maneuver for m in report.maneuvers] == [2]
 
@@ -178,7 +178,7 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
     report = diagnose(table, reference, maneuver=2)
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
-    # In seconds the rows are correct up to the rounding of the times.
+    # After conversion to seconds, the rows are correct up to the rounding of the times.
     assert {*others} <= {"no_mistake_found", "limited_by_rounding"}
 
 

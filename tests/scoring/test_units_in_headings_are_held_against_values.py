@@ -50,7 +50,7 @@ def test_units_that_are_named_are_tried(heading, factors, units, reference, tmp_
     report = report_of(reference, tmp_path, heading, factors)
     (m,) = report.maneuvers
     assert tuple(c.as_understood.unit for c in m.columns) == units
-    # The energy in pound units was written with 12 digits.
+    # The energy in the unit with pounds was written with 12 digits.
     assert all(c.as_understood.measures.scd > 11 for c in m.columns)
     assert not findings(report, "unit_unknown", "unit_contradicted")
 
@@ -89,7 +89,7 @@ def test_units_that_are_not_named_are_not_tried(reference, tmp_path):
         ("t,Roll [mrad],speed [m/s],KE [kJ]", (1, DEGREES, 1, 1),
          [("roll_angle", "mrad", "degree"), ("kinetic_energy", "kJ", "J")]),
         ("t,Roll (deg),speed [m/s],KE [J]", (1, DEGREES, 1, 1), []),
-        # The motion is wrong, but the interpretation of its columns is reported nevertheless.
+        # The motion is wrong, but the report still states how its columns were interpreted.
         ("t,Roll (deg),speed [m/s],KE [J]", (1, 1.3, 1.3, 1.3), [("roll_angle", "degree", "rad")]),
     ],
 )  # fmt: skip
@@ -102,7 +102,8 @@ def test_units_that_contradict_the_values_are_told(heading, factors, said, refer
 
 @pytest.mark.parametrize("written", [DEGREES, 1])
 def test_a_heading_is_believed_of_a_motion_that_tells_nothing(written, reference, tmp_path):
-    # Like the linearised equations at 4 m/s: the roll is a few times too large and out of phase.
+    # The column resembles a motion of the linearised equations at 4 m/s: its roll angle is a few
+    # times too large and out of phase.
     m = reference[1]
     roll = -3 * written * np.roll(m.rows["roll_angle"], 60)
     heading = "t,m1_roll_deg" if written == DEGREES else "t,m1_roll_rad"

@@ -38,7 +38,7 @@ from heyoka_bike.scoring.reading.source import read_results
         ("time_s", "time"),
         ("kinetic energy [N m]", "kinetic_energy"),
         ("yaw [deg/s]", "yaw_rate"),
-        # MATLAB, Octave and R turn some characters into underscores or points.
+        # MATLAB, Octave and R replace some characters with underscores or points.
         ("E_pot__N_m", "potential_energy"),
         ("dphi__rad_s_1", "roll_rate"),
         ("velocity_m_s__1", "forward_speed"),

@@ -94,8 +94,8 @@ def test_some_columns_that_repeat_are_named_alone(reference):
 
 
 DEPARTURES = {
-    # From row 500 on, each row is the next one; or one row repeats the row before; or two blocks
-    # are exchanged.
+    # For each case: the index of the row that is written in each place, and the shift that this
+    # causes [s]. The shift is None if later rows are not shifted.
     "a row is left out": (np.r_[:500, 501:1001, 1000], 0.01),
     "a row is written again": (np.r_[:500, 499:1000], -0.01),
     "one row is not its own": (np.r_[:500, 499, 501:1001], None),
@@ -167,7 +167,7 @@ def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
     ("ahead", "least", "most"),
     [
         (lambda row: 0.003 + 0.0 * row, 0.003, 0.003),
-        # Times of rows are rounded to fewer digits.
+        # The times of the rows are rounded to fewer digits than the rows need.
         pytest.param(lambda row: 0.004 * (row % 3), 0.0, 0.008, marks=pytest.mark.proof),
     ],
 )
@@ -180,7 +180,7 @@ def test_rows_at_other_times_are_told_so(reference, ahead, least, most):
     report = report_of(reference, altered)
     (found,) = diagnosed(report, reference).diagnosis
     if least == most:
-        # A common shift is a clock of all maneuvers.
+        # If the shift is common to all rows, the finding is a shifted clock of all maneuvers.
         assert (found.code, found.evidence["maneuver"]) == ("other_clock", None)
         assert found.evidence["shift"] == pytest.approx(least, rel=1e-3)
         return
@@ -347,7 +347,7 @@ def test_a_column_that_is_wrong_alone_is_named_alone(reference, key, rest):
     def bend(found, values, m):
         size, own = (np.max(np.abs(reference[m][k])) for k in (key, found))
         wave = np.sin(np.linspace(0.0, 7.0, len(values)))
-        # The error of an energy also enters the sum.
+        # An error of the potential or kinetic energy also enters their sum.
         is_sum = found == "mechanical_energy" and key in ("potential_energy", "kinetic_energy")
         return values + wave * (0.01 * size if found == key or is_sum else rest * own)
 

@@ -25,7 +25,8 @@ def test_a_piece_tells_the_motion_a_hundredth_beyond_its_end(reference, number):
     m = reference[number]
     breaks = m.breaks
     lengths = np.diff(breaks)
-    # Segments no longer than the next one, whose proof then covers the point.
+    # Choose segments that are no longer than the segment after them. The proof of that next segment
+    # covers the point just beyond the end.
     at = np.flatnonzero(lengths[:-1] <= lengths[1:])
     t = breaks[at + 1] + lengths[at] / 100
     exact, zero = (t, np.zeros_like(t)), np.zeros_like(t)

@@ -51,7 +51,7 @@ def test_what_says_that_it_is_too_long_is_refused_before_it_is_read(tmp_path):
     block = rows(1000) * 20
     data = b"".join(packed.compress(block) for _ in range(20)) + packed.flush()
     path = tmp_path / "r.gz"
-    # Unpacking the file would show that it is damaged.
+    # The message must come before unpacking, which would show that the file is damaged.
     half = len(data) // 2
     path.write_bytes(data[:half] + b"\xff" * half + (6 * 10**8).to_bytes(4, "little"))
     with pytest.raises(InputError, match="found 600000000 bytes after unpacking") as caught:

@@ -86,7 +86,8 @@ def test_the_clock_of_one_maneuver(scale, shift, reference):
     assert first.evidence["maneuver"] == 3
     assert first.evidence["scale"] == pytest.approx(scale, abs=1e-7)
     assert first.evidence["shift"] == pytest.approx(shift, abs=1e-7)
-    # The first row of the shifted clock is at 0 s, like the start.
+    # Clipping puts the first row of the shifted clock at 0 s, like the start. So a remainder may be
+    # reported in addition.
     assert {f.code for f in rest} <= {"remainder"}
 
 
@@ -214,7 +215,7 @@ def test_a_column_without_its_signs(reference):
     for n in held:
         held[n]["roll_angle"] = np.abs(held[n]["roll_angle"])
     found = next(f for f in said(reference, held) if f.code == "unsigned_column")
-    # In maneuver 3 the bicycle leans only to the right.
+    # In maneuver 3 the bicycle leans only to the right, so its column does not change.
     assert (found.evidence["column"], found.evidence["maneuvers"]) == ("roll_angle", [1, 2])
 
 
@@ -225,7 +226,7 @@ def test_a_maneuver_to_the_other_side_is_a_start(reference, keys):
         held[2][key] *= -1
     (found,) = said(reference, held)
     assert (found.code, found.evidence["maneuvers"]) == ("mirrored", [2])
-    # If all maneuvers are mirrored, it is a convention.
+    # If all maneuvers are mirrored, this counts as a convention.
     for n in (1, 3):
         for key in {*keys} & {*LATERAL}:
             held[n][key] *= -1
@@ -469,7 +470,8 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
         }
         held[n]["steer_rate"] = rates[how]
     first, second, *_ = said(reference, held)
-    # Backward differences are nearly rates half a row earlier, but are recognised as differences.
+    # Backward differences are nearly equal to the rates half a row earlier. They are still
+    # recognised as differences.
     assert (first.code, first.evidence["how"]) == ("rate_of_differences", how)
     assert (second.code, second.evidence["mistakes"]) == ("mistake", ["inertia_2_decimals"])
 

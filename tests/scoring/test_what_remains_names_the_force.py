@@ -56,7 +56,8 @@ def causes_of(results, reference, equations, *, understood=None):
 
 def test_the_reference_leaves_nothing(reference, equations):
     found = causes_of(made(reference), reference, equations)
-    # The accuracy of derivatives from binary64 rows 0.01 s apart, averaged over 0.3 s.
+    # The limit is the accuracy of derivatives from binary64 rows that are 0.01 s apart, averaged
+    # over 0.3 s.
     assert max(found.shares["roll"], found.shares["steer"]) < 1e-9
     assert found.visibility is Visibility.EQUATIONS
     assert not found.is_open
@@ -74,7 +75,8 @@ def test_the_reference_leaves_nothing(reference, equations):
 def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
     found = causes_of(results_of(reference, [BY_CODE[code]]), reference, equations)
     assert [m.code for m in found.known[0].mistakes] == [code]
-    # The remaining residual, 1e-8, needs no cause. The mistake was visible in four digits or more.
+    # The mistake was visible in four digits or more. The residual of 1e-8 that remains needs no
+    # cause.
     assert found.known[0].relief > 1e4
     assert all(c.relief < 1e-2 * found.known[0].relief for c in found.known[1:])
     assert found.fitted == ()
@@ -120,7 +122,7 @@ def without_speed(results, numbers=(1, 2, 3)):
 def test_a_file_without_a_speed_is_explained_by_no_force(reference, code):
     """The speed follows from the other columns, but its initial value is free."""
     results = without_speed(results_of(reference, [BY_CODE[code]]))
-    # On a busy machine, the default budget would stop the search too early.
+    # On a busy machine, the default budget could stop the search too early, so there is no limit.
     said = diagnose(results, reference, budget=inf).diagnosis
     assert said[0].evidence["mistakes"] == [code]
     assert not {"direction", "term_unexplained"} & {f.code for f in said}
@@ -157,7 +159,8 @@ def test_errors_of_integrators_are_explained_by_nothing(reference, equations, me
     found = causes_of(run, reference, equations)
     assert found.fitted == ()
     assert not likely(found)
-    # The errors of the rates are as large as those of their derivatives.
+    # With an integrator, the errors of the rates are as large as the errors of their derivatives,
+    # so their ratio `above` is small.
     assert found.above < 10
 
 
@@ -219,7 +222,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
     pitch = pitch_on_the_floor(equations.k, roll, 0 * roll, steer)
     m = Moving(equations, [roll, pitch, steer, *rates, spin, 0 * roll])
     for found, right in zip(m.added(m.free()), m.rates[3:6], strict=True):
-        # Accelerations are up to 40 1/s^2.
+        # The accelerations are up to 40 1/s^2, so the limit is roundoff.
         assert np.max(np.abs(found - right)) < 1e-12
 
 

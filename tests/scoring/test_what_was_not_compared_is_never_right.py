@@ -93,7 +93,8 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
     twice = factor * right()["roll_angle"]
     same = write_csv(tmp_path / "same.csv", {**columns, second: twice})
     assert judged(same).is_right
-    # The same values, rounded like a program's output; and then the same values except one.
+    # The second column has the same values, rounded like a program's output. In the next file, one
+    # of its values is different.
     rounded = {**columns, second: np.round(twice, 4)}
     np.savetxt(
         tmp_path / "rounded.csv", np.column_stack(list(rounded.values())), delimiter=",",
@@ -174,7 +175,7 @@ def test_one_maneuver_of_several(tmp_path):
         columns[name] = wrong(key, n) if is_odd else right(n)[key]
     path = write_csv(tmp_path / "a.csv", columns)
     assert_not_whole(judged(path), "m2_x_roll_rate_raw")
-    # The other maneuver is not affected.
+    # The result of the other maneuver does not change.
     enough = ["1.columns >= 7", "2.columns >= 7"]
     met = {n: score(path, require=[f"{n}.scd >= 6", *enough]).requirements for n in (1, 2)}
     assert [[r.met for r in met[n]] for n in (1, 2)] == [[True, True, False], [True, True, False]]
@@ -251,7 +252,8 @@ def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
 def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
     columns = renamed({"steer_angle": name}, {**few(), "steer_angle": wrong("steer_angle")})
     assert_not_whole(judged(write_csv(tmp_path / "a.csv", columns)), name)
-    # In addition to the steer angle, the column may be anything.
+    # If the file also contains the steer angle itself, the column with the odd name may be
+    # anything.
     columns = {**right(), name: wrong("steer_angle")}
     assert judged(write_csv(tmp_path / "b.csv", columns)).is_right
 
@@ -277,7 +279,7 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
     columns = {f"my_{key}_value": right()[key] for key in keys}
     with pytest.raises(BicycleError, match=r"column names 'my_time_value', .* not understood"):
         score(write_csv(tmp_path / "a.csv", columns))
-    # If the columns are in the standard order, their names do not matter.
+    # If all columns are in the standard order, their names do not matter.
     columns = {f"my_{key}_value": right()[key] for key in ("time", *KEYS)}
     assert score(write_csv(tmp_path / "b.csv", columns), maneuver=2).is_right
 
@@ -290,7 +292,7 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
 def test_a_column_with_a_meaning_of_its_own(name, tmp_path):
     report = judged(write_csv(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))
     if name == "u1":
-        # With a potential energy in the file, u1 may be another potential energy.
+        # The file already contains a potential energy, so u1 may be another potential energy.
         assert not report.is_right
         return
     assert report.is_right

@@ -64,7 +64,7 @@ def test_a_file_by_its_name_or_path(expected):
     for path in (str(FILE), FILE, [FILE]):
         found = digits(hb.score(path))
         assert found.keys() == expected.keys()
-        # The times are the written decimals, in the file and in the evenly spaced array.
+        # The times are the written decimals, both in the file and in the evenly spaced array.
         assert found == pytest.approx(expected, abs=1e-6)
 
 

@@ -42,7 +42,8 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
     report = score(written, reference)
     last = {n: np.spacing(reference[n].scale(key)) / 2 for n in reference}
     left = {n: report[n][key].trace.error for n in reference}
-    # The zero is as far from the upper limit as from the lower one.
+    # The fitted zero leaves equal margins: the errors are as far from the upper limit as from the
+    # lower one.
     above = min(last[n] - np.max(left[n]) for n in reference)
     below = min(last[n] + np.min(left[n]) for n in reference)
     assert above == pytest.approx(below, abs=1e-16)
@@ -72,7 +73,8 @@ def test_without_its_parts_an_energy_of_another_zero_does_not_meet_eq_1(referenc
     assert is_right_in_part(report)
     assert report[2].meets_limit is False
     assert not report.passed
-    # The constant of a wrong motion may come from wrong initial conditions.
+    # If the motion is wrong, a constant difference of the energy may come from wrong initial
+    # conditions. So it is not taken as a different zero.
     wrong = {k: x * 1.01 if k != "time" else x for k, x in moved.items()}
     wrong["mechanical_energy"] = energy + zero
     taken = score(wrong, reference, maneuver=2)[2]["mechanical_energy"]
@@ -86,7 +88,7 @@ def test_a_right_speed_shows_the_motion_of_an_energy_of_another_zero(reference, 
     speed = speed + off * np.sin(reference[2].time) * np.ptp(speed)
     given = {"time": reference[2].time, "forward_speed": speed, "mechanical_energy": energy + 922.1}
     assert is_right_in_part(score(given, reference, maneuver=2))
-    # A speed that varies differently shows that the motion is wrong.
+    # If the speed varies differently from the exact speed, the motion is wrong.
     given["forward_speed"] = speed[0] + 1.02 * (speed - speed[0])
     taken = score(given, reference, maneuver=2)[2]["mechanical_energy"]
     assert taken.as_understood.offset == 0.0
@@ -100,7 +102,7 @@ def test_right_roll_or_steer_shows_the_motion_of_an_energy_of_another_zero(refer
         "mechanical_energy": reference[2]["mechanical_energy"] - 1e3,
     }
     assert is_right_in_part(score({**energy, **right}, reference, maneuver=2))
-    # A wrong motion gives no evidence for the zero.
+    # A wrong motion gives no evidence that the energy has a different zero.
     wrong = {k: 1.1 * x for k, x in right.items()}
     taken = score({**energy, **wrong}, reference, maneuver=2)[2]["mechanical_energy"]
     assert taken.as_understood.offset == 0.0
@@ -148,7 +150,7 @@ def test_a_definition_of_its_own_is_asked_for_before_it_is_called_wrong(referenc
     assert said.startswith("forward_speed: a definition of its own? If not, wrong, ")
     assert "definition_unknown" in codes(report)
     assert not report.is_right
-    # If another column is wrong, too, the definition is not asked about.
+    # If another column is also wrong, the verdict does not ask about the definition of the speed.
     wrong = columns(reference, forward_speed=mean, steer_rate=1.3 * m["steer_rate"])
     assert score(wrong, reference, maneuver=2).verdict.partition(": ")[2].startswith("wrong")
 

@@ -10,7 +10,7 @@ from heyoka_bike.showing.formats import badge
 from heyoka_bike.showing.wording.verdict_text import verdict
 from heyoka_bike.system.resources import data_folder
 
-# Named colours in the documentation of shields.io
+# Colours that have a name in the documentation of shields.io
 NAMED = {"brightgreen", "green", "yellowgreen", "yellow", "orange", "red", "blue", "lightgrey"}
 
 
@@ -47,6 +47,6 @@ def test_a_result_file_as_a_badge(capsys, tmp_path):
     assert json.loads((tmp_path / "badge.json").read_text())["message"] == (
         "wrong, 1.6 correct digits"
     )
-    # A suffix without --format selects the format of the report.
+    # A suffix without --format selects the format of the report, not that of the badge.
     assert main(["score", file, "-o", str(tmp_path / "report.json")]) == 0
     assert "maneuvers" in json.loads((tmp_path / "report.json").read_text())

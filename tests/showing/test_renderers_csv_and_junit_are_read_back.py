@@ -55,7 +55,8 @@ def test_csv_has_a_line_for_each_maneuver_and_column():
 def test_csv_is_rfc_4180():
     text = csv_renderer.render(sample_reports.hostile())
     lines = re.sub(r'"(?:[^"]|"")*"', "", text).split("\r\n")
-    # One line of heading, one for each column; outside of quotes, lines end with CR LF only.
+    # The file has one line for the heading and one line for each column. Outside of quotes, lines
+    # end with CR LF only.
     assert len(lines) == 1 + 24 + 1
     assert not re.search(r"[\r\n]", "".join(lines))
     assert {line.count(",") for line in lines[:-1]} == {len(csv_renderer.FIELDS) - 1}
@@ -96,7 +97,7 @@ def test_junit_has_a_case_for_each_column_that_a_requirement_speaks_of():
             is_met = value is not None and value >= 6
             assert (found[f"{m.maneuver}.{c.key}.scd >= 6"] is None) == is_met
     assert found["2.roll_angle.mescd >= 100"] is not None
-    # If the file lacks a column, the case has only the requirement.
+    # If the file lacks a column, the test case contains only the requirement.
     assert "not in the file" in found["3.yaw.scd > 1"].get("message")
 
 
@@ -154,7 +155,7 @@ def test_junit_of_a_series_has_a_suite_for_each_run():
     root, found = suites(series)
     assert [s.get("name") for s in found] == [r.report.file.path for r in series.runs]
     assert root.get("tests") == "8"
-    # Cases of different runs must remain distinct.
+    # Test cases of different runs must have distinct names.
     assert len({case.get("classname") for case in root.iter("testcase")}) == 4
     assert series.findings[0].message in found[-1].find("system-out").text
 

@@ -68,7 +68,8 @@ def test_nothing_is_loaded(pages, parsed, name):
         for key, value in attributes.items():
             if key in ("src", "href", "xlink:href", "data", "srcset", "action", "style"):
                 assert value.startswith(("#", "data:")), (tag, key, value)
-    # Style and script contain no addresses except the palette's source and SVG's name space.
+    # The style and the script contain no addresses except the palette's source and the namespace of
+    # SVG.
     urls = set(re.findall(r"https?://[^\s\"'<>)]+", pages[name]))
     assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
     assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b", pages[name])
@@ -90,7 +91,8 @@ def test_hostile_names_stay_text(pages, parsed):
     page = parsed["hostile"]
     assert len(page.all("script")) == 1
     assert not any(key.startswith("on") for _, a in page.tags for key in a)
-    # The path, the requirement and its message, the finding, each maneuver, and the bicycle.
+    # The hostile text is in the path, the requirement and its message, the finding, each maneuver,
+    # and the bicycle.
     assert page.text.count("</script><b onclick=alert(1)>&\"'\\x1b[31m\\x00\\udcff") >= 8
     pages["hostile"].encode()
     assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe]", pages["hostile"])
@@ -120,7 +122,7 @@ def test_true_error_leads_and_eq_1_is_a_remark(pages):
                  '<section id="findings">')  # fmt: skip
         places = [page.index(part) for part in order]
         assert places == sorted(places)
-        # Colours show the true error and requirements; nothing about eq. (1) has a colour.
+        # Colours show the true error and the requirements. No text about eq. (1) has a colour.
         colored = re.findall(r'<\w+ class="[^"]*(?:right|close|wrong|passed)[^"]*">[^<]*', page)
         assert colored
         assert not any("eq. (1)" in x.lower() for x in colored)
@@ -139,8 +141,8 @@ def test_right_in_part_is_not_shown_as_right():
 def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name):
     page = parsed[name]
     assert not any("title" in attributes for _, attributes in page.tags)
-    # Each cell shows its grade by sign and word, not by colour alone; the signs are explained
-    # below.
+    # Each cell shows its grade by a sign and a word, not by colour alone. The signs are explained
+    # below the table.
     for table in re.findall(r'<table class="matrix">.*?</ul>', pages[name], flags=re.S):
         cells = re.findall(r'<td class="(right|rounded|close|wrong)">(.*?)</td>', table)
         for style, cell in cells:
@@ -150,7 +152,7 @@ def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name
             assert '<span class="spoken"> ' in cell
     for mark, meaning in (("*", "* is not the default"), ("~", "~ others fit as well")):
         for scores in re.findall(r'<table class="scores">.*?</p>', pages[name], flags=re.S):
-            # The cells of the definitions come first.
+            # The first cells of the table are those of the definitions.
             cells = re.findall(r"</th><td>([^<]*)", scores)
             assert (meaning in scores) == any(mark in cell for cell in cells)
 
@@ -220,11 +222,12 @@ def test_each_column_is_drawn_with_its_reference_and_error(pages):
     report = sample_reports.sample()
     top, *drawn = [f for f in figures(pages["sample"]) if 'data-name="reference"' in f]
     assert len(drawn) == 24
-    # The worst column of all is also drawn next to the digits at the top of the page.
+    # The chart of the worst column of all maneuvers is also drawn at the top of the page, next to
+    # the digits.
     assert top == drawn[[m.maneuver for m in report.maneuvers].index(report.worst.maneuver) * 8]
     assert pages["sample"].index(top) < pages["sample"].index("</header>")
     for i, figure in enumerate(drawn):
-        # The chart of a maneuver's worst column is the first.
+        # The first chart of a maneuver is that of its worst column.
         m = report.maneuvers[i // 8]
         called = re.search("<figcaption><b>(.*?)</b>", figure)[1]
         (c,) = (c for c in m.columns if label(c.key) == called)
@@ -238,7 +241,7 @@ def test_each_column_is_drawn_with_its_reference_and_error(pages):
         largest = c.as_understood.measures
         assert error.max() == pytest.approx(largest.max_abs_error, rel=0.02)
         exact = np.interp(t, c.trace.time, np.abs(c.trace.error))
-        far = exact > 0.05 * exact.max()  # rows away from the zero crossing
+        far = exact > 0.05 * exact.max()  # only rows that are not near the zero crossing
         np.testing.assert_allclose(error[far], exact[far], rtol=0.05)
         assert f'<path class="floor" d="M0 {floor_place(figure, c.floor)}h4000"/>' in figure
 
@@ -333,11 +336,12 @@ def slope(path, figure):
 
 
 def test_files_stay_small(pages):
-    # First with the benchmark's 1001 rows of 24 columns, then with far more than any user's file.
+    # The page is rendered first with the benchmark's 1001 rows of 24 columns, then with far more
+    # rows than any user's file has.
     assert len(pages["sample"].encode()) < 700_000
     many = render(sample_reports.many_rows(200_000))
     assert len(many.encode()) < 700_000
-    # A single bad row must remain visible.
+    # A single bad row must remain visible in the chart.
     drawn = [f for f in figures(many) if 'data-name="reference"' in f]
     for figure in drawn:
         t, error = line(figure, "error")

@@ -89,7 +89,7 @@ def test_scores_of_shipped_results_follow_the_schema():
 @pytest.mark.parametrize(("name", "definition"), [("sample", "report"), ("series", "series")])
 def test_a_dropped_key_or_a_wrong_type_is_refused(name, definition):
     document = read(getattr(sample_reports, name)())
-    # A shortened report is enough, and much faster.
+    # A shortened report is enough for this test, and much faster than the whole one.
     report = document if definition == "report" else document["runs"][0]["report"]
     report["maneuvers"] = report["maneuvers"][:1]
     report["maneuvers"][0]["columns"] = report["maneuvers"][0]["columns"][:1]
@@ -98,7 +98,7 @@ def test_a_dropped_key_or_a_wrong_type_is_refused(name, definition):
         document["convergence"] = document["convergence"][:1]
     assert problems(document) == []
     places = sorted(set(required_places(SCHEMA["$defs"][definition], document)), key=str)
-    # The places include all measures of docs/measures.md, in both interpretations.
+    # The list of places includes all measures of docs/measures.md, in both interpretations.
     assert len(places) > 75
     for path in places:
         assert problems(changed(document, path, lambda x, key: x.pop(key))), path
@@ -152,7 +152,7 @@ def test_any_file_name_gives_text_that_every_reader_takes():
     text = renderer.render(sample_reports.hostile())
     assert text.isascii()
     path = json.loads(text)["file"]["path"]
-    # A byte that is not UTF-8 is written as its escape; all others are preserved.
+    # A byte that is not UTF-8 is written as its escape sequence. All other bytes are preserved.
     assert path == sample_reports.HOSTILE.replace("\udcff", "\\udcff")
 
 

@@ -112,7 +112,7 @@ def test_correct_digits_of_all_columns_and_maneuvers_follow_the_verdict():
             assert sign == ("+" if scd >= 6 else "o" if scd >= 3 else "x")
     assert "+ right: 6 correct digits or more" in text
     assert "o close: 3 to 6 digits" in text
-    assert "x wrong" not in text  # no cell has this sign
+    assert "x wrong" not in text  # no cell of this table has this sign
     assert "x wrong: fewer than 3 digits" in text_of("rough")
 
 
@@ -140,7 +140,7 @@ def test_marks_say_how_a_column_was_understood():
     (taken, first, *_) = [line for line in lines if line.startswith("roll_angle")]
     assert taken.endswith("tait_bryan_xyz, not the default lean")
     assert "lean_rate, may also be zyx_rate, in deg/s" in text_of("sample")
-    # The marks are explained below each table that has them.
+    # The marks are explained below each table that uses them.
     marks = "* is not the default definition; ~ others fit as well: zyx_rate of roll rate"
     assert lines.count(marks) == 3
     assert "tait_bryan_xyz*" in first

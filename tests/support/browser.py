@@ -18,10 +18,10 @@ import pytest
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 WIDTHS = (320, 400, 800, 1280)
 
-# Waits two frames: changes requested in the first are drawn in the second.
+# Script that waits for two frames: a change requested in the first frame is drawn in the second.
 DRAWN = "() => new Promise((d) => requestAnimationFrame(() => requestAnimationFrame(d)))"
 
-# Drops a file, given by name and text, with the events that a browser generates.
+# Script that drops a file, given by name and text, with the events that a browser generates.
 DROP = """([name, text]) => {
   const data = new DataTransfer();
   data.items.add(new File([text], name));

@@ -76,7 +76,7 @@ def on_corpus(part, parts, every, words, folder):
         lines = text(file, runs).splitlines()
         heading = lines[: lines[0].startswith("time")]
         rows = lines[len(heading) :]
-        # A short file is used with all of its rows.
+        # Use all rows of a short file, not only every `every`-th one.
         few = rows[:: every if len(rows) > 10 * every else 1]
         path.write_text("\n".join([*heading, *few]) + "\n")
         call = [words[0], str(path), *words[1:]]
@@ -91,5 +91,5 @@ def _most_memory():
         import resource
     except ImportError:
         return 0
-    # Linux reports kB.
+    # Linux reports the memory in kB.
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

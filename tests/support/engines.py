@@ -16,7 +16,7 @@ from heyoka_bike.system.resources import data_folder
 
 PROGRAMS = data_folder().parent / "docs" / "examples" / "engines"
 
-# Module, installation command and model format of each program's engine.
+# For each program: the module of the engine, the installation command and the model format.
 ENGINES = {
     "mujoco": ("mujoco", "pip install mujoco==4.0.0", "mjcf"),
     "pinocchio": ("pinocchio", "pip install pin==4.1.0", "urdf"),
@@ -63,7 +63,7 @@ def _engine(name, file):
     return import_module(f"with_{name}").Engine(str(file)), import_module("bicycle")
 
 
-# Silent changes by engines, as listed in docs/how-to/engines.md.
+# Functions that show silent changes by engines, as listed in docs/how-to/engines.md
 
 
 def mujoco_of_urdf(file):

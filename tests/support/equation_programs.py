@@ -18,8 +18,8 @@ STEM = "bicycle"
 STATE, COLUMNS = 11, 8
 SOMEWHERE = (0.3, -0.02, -0.4, 0.7, -1.1, 13.0, 0.6, 2.0, -3.0, 5.0, 7.0)
 """A state; the wheels need not touch the floor, because the formulas are the same."""
-# Steps of RK4; its error is of the order (20 h)^4 / 120, where 20/s is the fastest decay.
-STEPS = 2000  # per half second
+# RK4 has an error of the order (20 h)^4 / 120, because the fastest mode decays at 20/s.
+STEPS = 2000  # number of steps per half second
 
 _PYTHON = """
 import bicycle as b

@@ -13,7 +13,7 @@ from heyoka_bike.cli import main
 
 STEM = "uncontrolled_bicycle"
 
-# Compiler flags against fusing products and sums, which would change last bits.
+# Compiler flags that forbid the fusing of products and sums, which would change the last bits.
 AS_WRITTEN = ("-O2", "-ffp-contract=off")
 STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
 

@@ -38,7 +38,7 @@ class Model:
     centres: dict
     tensors: dict
     radii: dict
-    hinges: dict  # child: (name, parent, axis)
+    hinges: dict  # for each child link: name of the hinge, parent link, axis
 
     def bodies(self, place, axes, angles):
         """Return origin, axes, and velocities per velocity of the model, (6, 9), by link."""
@@ -183,7 +183,7 @@ class Posed:
     axes: np.ndarray
     quaternion: np.ndarray
     angles: np.ndarray
-    per_rate: np.ndarray  # velocities of the model per rate of the coordinates
+    per_rate: np.ndarray  # velocities of the model's bodies per unit rate of each coordinate
 
     def expected(self):
         """Return the mass matrix of the coordinates, exact except for last bits."""

@@ -55,7 +55,8 @@ def broken(address, root, starts):
                 with urlopen(url, timeout=30) as answer:
                     is_html = answer.headers.get_content_type() == "text/html"
                     content = answer.read()
-                    # The address after redirection from a folder.
+                    # The address after redirection is stored, because the address of a folder is
+                    # redirected.
                     pages[url] = (answer.url, _Links(content.decode("utf-8")) if is_html else None)
             except HTTPError:
                 pages[url] = None

@@ -12,7 +12,7 @@ def assert_texts_are_apart(figure, monkeypatch):
 
     def draw(text, renderer):
         if text.get_text().strip():
-            # Only the text of an annotation, without its arrow.
+            # Measure only the text of an annotation, without its arrow.
             texts[id(text)] = text.get_text(), Text.get_window_extent(text, renderer)
         return drawn(text, renderer)
 
@@ -28,5 +28,6 @@ def assert_texts_are_apart(figure, monkeypatch):
     for (one, a), (other, b) in combinations(texts.values(), 2):
         across = min(a.x1, b.x1) - max(a.x0, b.x0)
         up = min(a.y1, b.y1) - max(a.y0, b.y0)
-        # A box is slightly larger than its letters [hundredths of an inch].
+        # The box of a text is slightly larger than its letters, so small overlaps are allowed
+        # [hundredths of an inch].
         assert min(across, up) < 1.5, (one, other)

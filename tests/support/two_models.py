@@ -108,8 +108,8 @@ def from_the_few_product_form(both: Both) -> Pairs:
     found = few_products(k, a, both.few_product_state)
     o, u = unfold(k, a, both.few_product_state, is_regular=False)
     e = energies(k, o, u)
-    # w1 and w3 are components along directions fixed in the frame, so their rates are components of
-    # the angular acceleration.
+    # The rates w1 and w3 are components along directions fixed in the frame. So their derivatives
+    # are components of the angular acceleration.
     x, _, z = m.bodies["B"].attitude.transposed(m.accelerations["B"].angular)
     tilt = a.number(both.bicycle["lam"])
     sin, cos = a.sin(tilt), a.cos(tilt)
@@ -159,7 +159,7 @@ def from_the_columns(both: Both) -> Pairs:
     def angle_and_rate(y: Any, x: Any, y_rate: Any, x_rate: Any) -> tuple[Any, Any]:
         return a.atan2(y, x), (y_rate * x - y * x_rate) / (x * x + y * y)
 
-    # Elements of the attitude: R23 and R33 in its third column, R32 in its second.
+    # These are elements of the attitude matrix: R23 and R33 in its third column, R32 in its second.
     aside_rate, down_rate = omega.cross(aside), omega.cross(down)
     xyz, xyz_rate = angle_and_rate(-down[1], down[2], -down_rate[1], down_rate[2])
     zyx, zyx_rate = angle_and_rate(aside[2], down[2], aside_rate[2], down_rate[2])
@@ -216,7 +216,7 @@ def contact_velocity(both: Both, wheel: str) -> Vector:
     m, a = both.oracle, both.a
     _, aside, vertical = axes(both.number)
     axle = m.bodies[wheel].attitude(aside)
-    # The spin does not move the axle.
+    # The spin about the axle does not move the axle.
     axle_rate = m.velocities[wheel].angular.cross(axle)
     s = vertical - vertical.dot(axle) * axle
     s_rate = -(vertical.dot(axle_rate) * axle + vertical.dot(axle) * axle_rate)
@@ -314,7 +314,7 @@ def from_the_whole_motion(both: Both, *, is_regular: bool, b: Bodies | None = No
     result = {}
     for end in ("rear", "front"):
         p, q, r, s = (values[f"{end}_frame_q{i}"] for i in range(4))
-        # Euler-Rodrigues formula: the matrix of a unit quaternion.
+        # The Euler-Rodrigues formula gives the matrix of a unit quaternion.
         matrix = (
             (p * p + q * q - r * r - s * s, 2 * (q * r - p * s), 2 * (q * s + p * r)),
             (2 * (q * r + p * s), p * p - q * q + r * r - s * s, 2 * (r * s - p * q)),

@@ -19,7 +19,7 @@ pytestmark = [
     pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL"),
 ]
 
-# Kills itself before the replacement of this number, from 1; 0 means never.
+# The process kills itself just before the replacement with this index (from 1; 0: never).
 COUNTED = """
 import os, signal, sys
 left, real = int(sys.argv[1]), os.replace

@@ -8,7 +8,7 @@ import pytest
 
 from heyoka_bike.system.resources import data_folder
 
-# Python reads this file at its start, also in the processes that a command starts.
+# Python reads this file when it starts, also in the processes that a command starts.
 SITE = """
 import os, signal, sys
 for name in (

@@ -143,10 +143,11 @@ def test_calls_with_limits_have_processes_of_their_own(tmp_path):
         calls = [pool.submit(jobs.imported, "sys") for _ in range(2)]
         assert len({call.result()[0] for call in calls} | {os.getpid()}) == 3
         assert pool.submit(jobs.memory_limit).result() == 2_000_000_000
-        # The call is not started again.
+        # If the process of a call dies, the call is not started again.
         with pytest.raises(BrokenExecutor):
             pool.submit(jobs.die_once, str(tmp_path / "flag"), jobs.nothing).result()
-        # Neither contents nor objects are returned that a file may have caused.
+        # A remote error contains neither text nor objects, because these may come from an untrusted
+        # file.
         with pytest.raises(RemoteError, match=r"^ZeroDivisionError at jobs\.py:\d+$"):
             pool.submit(jobs.fail, jobs.nothing).result()
         with pytest.raises(RemoteError, match="TypeError at"):

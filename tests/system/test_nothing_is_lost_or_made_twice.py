@@ -17,7 +17,8 @@ pytest.importorskip("heyoka")
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.proof
 
-# A maneuver of two rows for two bicycles: about ten seconds of a processor, in ten parts.
+# The input is a maneuver of two rows for two bicycles. It takes about ten seconds of processor
+# time, in ten parts.
 MANEUVER = """
 [[maneuver]]
 name = "short"

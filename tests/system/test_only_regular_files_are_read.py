@@ -24,7 +24,7 @@ def test_what_would_wait_or_never_end_is_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("/dev/zero")
     with socket.socket(socket.AF_UNIX) as listening:
-        # A socket's name is limited in length, so the socket is made in the current folder.
+        # The name of a socket is limited in length, so the socket is made in the current folder.
         here = os.getcwd()
         os.chdir(tmp_path)
         try:

@@ -86,7 +86,7 @@ def test_a_trail_that_is_one_percent_off_is_told(example, reference):
     result = example.runpytest_subprocess(*BARE)
     result.assert_outcomes(failed=1)
     said = entries(result.outlines)
-    # The worst of all columns by their plain difference from the published rows.
+    # Find the worst of all columns by the plain difference from the published rows.
     found = columns_of_the_example(example)
     relative = {
         (n, key): np.abs(found[n, key] - reference[n].rows[key]) / reference[n].scale(key)
@@ -287,7 +287,7 @@ def check_recorded(found, reference):
         assert said["bicycle.dataset_version"] == reference.dataset_version
         assert said["bicycle.content_sha256"] == reference.content_sha256
         for n in reference:
-            # Sums of values and errors are rounded.
+            # The sums of values and errors are rounded, which changes the digits slightly.
             assert float(said[f"bicycle.{n}.scd"]) == pytest.approx(digits, abs=1e-3)
             for key in BENCHMARK_COLUMNS:
                 assert float(said[f"bicycle.{n}.{key}.scd"]) == pytest.approx(digits, abs=1e-3)

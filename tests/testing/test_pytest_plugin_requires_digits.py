@@ -441,7 +441,7 @@ def test_a_score_of_which_nothing_is_required_is_warned_of(pytester):
     assert len(check_names(result)) == 3
     assert result.parseoutcomes()["warnings"] == 1
     result.stdout.fnmatch_lines(["*bicycle_score: the test requires nothing of the results*"])
-    # If warnings are errors, this is a failure of one line.
+    # If pytest treats warnings as errors, the finding is a failure of one line.
     result = run(pytester)
     assert result.parseoutcomes() == {"failed": 1, "passed": 2}
     result.stdout.no_fnmatch_line("*plugin.py*")

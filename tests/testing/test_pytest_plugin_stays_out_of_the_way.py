@@ -44,7 +44,8 @@ print(*sorted(set(sys.modules) - before))
     assert not {name.partition(".")[0] for name in loaded} & {"numpy", "h5py", "heyoka", "rich"}
 
 
-# Checks imports at the end; nothing else in the run imports numpy, except the plugin of zarr.
+# This plugin checks the imports at the end. Nothing else in the run imports numpy, except the
+# plugin of zarr.
 SPY = """
 import sys
 def pytest_unconfigure():
@@ -110,7 +111,8 @@ P, F = "PASSED", "FAILED"
 @pytest.mark.parametrize(
     ("ini", "options", "expected"),
     [
-        # Requirements of the call and the marker take precedence over the settings.
+        # Requirements of the call and of the marker take precedence over the settings, so the
+        # outcomes differ by test.
         ("", (), (F, P, P, F, P)),
         ("bicycle_scd = 8.5", (), (P, P, P, P, P)),
         ("bicycle_scd = 9.5", (), (F, P, P, F, P)),

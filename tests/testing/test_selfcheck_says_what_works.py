@@ -49,7 +49,7 @@ def test_a_whole_installation_works(capsys):
     assert checks["score"]["evidence"]["values"] == 3 * 8 * 1001
     for name, digits in (("run_binary64", 16), ("run_binary128", 34)):
         reached = checks[name]["evidence"]["digits"]
-        # Rounding over 10 s costs some digits of a format, but not many.
+        # Rounding over 10 s costs some digits of a number format, but not many.
         assert digits - 4 < min(reached.values()) <= max(reached.values()) < digits + 1
         assert checks[name]["evidence"]["seconds"] > 0
 
@@ -121,7 +121,7 @@ def test_a_package_that_is_broken_is_said(quick, monkeypatch, capsys, error):
     report = json.loads(out)
     for name in ("h5py", "heyoka"):
         assert report["versions"][name].startswith(f"not usable: {type(error).__name__}: ")
-    # heyoka is one of the packages that may be missing.
+    # There is only one line of errors, because heyoka is one of the packages that may be missing.
     assert err.count("\n") == 1
     assert "h5py" in err
 

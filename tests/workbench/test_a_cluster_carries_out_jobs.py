@@ -53,7 +53,8 @@ def test_one_job_at_a_time_in_a_worker_of_many_threads(tmp_path, capsys):
         bits = [(53 + 40 * (i % 3),) for i in range(9)]
         with using(cluster=processes.address):
             found = side_by_side(jobs.precise, bits)
-            # Workers that join after the check are not mentioned.
+            # The first use may not mention a worker that joins after the check, so the cluster is
+            # used once more.
         assert found == found[:3] * 3
         with using(cluster=processes.address):
             pass
@@ -66,7 +67,7 @@ def test_work_waits_for_a_worker_and_outlives_one(tmp_path, capsys):
         assert "no worker at" in capsys.readouterr().err
         for _ in range(2):
             processes.worker()
-        # One of the two workers is killed with its job, and the other one does all jobs.
+        # One of the two workers is killed with its job, and the other worker does all jobs.
         assert side_by_side(jobs.die_once, [(str(flag),)] * 4) == ["done"] * 4
         assert sum(p.poll() is None for p in processes.all) == 2
 
@@ -91,7 +92,7 @@ def test_a_scheduler_that_ends_is_said(tmp_path):
 
         with pytest.raises(WorkerLostError, match=r"the scheduler at .* ended") as caught:
             side_by_side(jobs.begin, [(str(tmp_path), 600.0)], [("a", 1.0)], end)
-    # The exit code is that of bad input, and the line says what to do.
+    # The exit code is the code for bad input, and the message says what the user can do.
     assert caught.value.exit_code == Exit.INPUT
     assert "start it and its workers again, then repeat the command" in str(caught.value)
 

@@ -24,19 +24,19 @@ from support.pages import Page
 EXUDYN = data_folder() / "peers" / "exudyn-h0.01.txt"
 SHEETS = sorted(PAGE_STYLE.parents[2].rglob("*.css"))
 NAMES = ("report", "series", "programs", "board", "replay", "atlas", "checker")
-TELEPHONE, SCREEN = 390, 1280  # widths of windows [px]
-# Text colours and the backgrounds on which a page shows them.
+TELEPHONE, SCREEN = 390, 1280  # widths of the tested windows [px]
+# Pairs of a text colour and a background on which a page shows it.
 PAIRS = [
     *product(("ink", "soft", "link", "good", "bad", "warn"), ("page", "card")),
     *product(("ink",), ("good-tint", "warn-tint", "bad-tint")),
     ("good", "good-tint"), ("warn", "warn-tint"), ("bad", "bad-tint"), ("link", "good-tint"),
     ("page", "ink"), ("page", "link"),
 ]  # fmt: skip
-LEAST_CONTRAST = 4.5  # of text, https://www.w3.org/TR/WCAG22/#contrast-minimum
-# Colours of the headings and of the column headings of all tables that are visible.
+LEAST_CONTRAST = 4.5  # contrast of text, https://www.w3.org/TR/WCAG22/#contrast-minimum
+# Script that returns the colours of all visible headings, including those of table columns.
 HEADINGS = """() => [...new Set([...document.querySelectorAll("h1, h2, h3, h4, thead th")].filter(
   (x) => x.checkVisibility()).map((x) => getComputedStyle(x).color))]"""
-# Distances of the text of the verdict from the left and the top of its box [px].
+# Script that returns the distances of the verdict's text from the left and the top of its box [px].
 ROOM = """() => {
   const box = document.querySelector(".verdict"), text = document.createRange();
   text.selectNodeContents(box);
@@ -46,7 +46,8 @@ ROOM = """() => {
 BOXES = """() => [".found .digits", ".found .detail"].map(
   (x) => { const b = document.querySelector(x).getBoundingClientRect(); return [b.x, b.y]; })"""
 
-# The focused element with its outline, which a hidden input shows at the text next to it.
+# Script that returns the focused element, and whether it has an outline. A hidden input shows its
+# outline at the text next to it.
 FOCUS = """() => {
   const x = document.activeElement, isHidden = getComputedStyle(x).opacity === "0";
   const { outlineStyle, outlineWidth } = getComputedStyle(isHidden ? x.nextElementSibling : x);

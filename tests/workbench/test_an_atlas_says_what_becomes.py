@@ -63,16 +63,16 @@ def test_the_three_maneuvers_become_what_is_proved(runs):
     numbers = json.dumps(proved)
     for digits in ("4.03978871801", "4.62244209582643", "44.43042627212", "1.2486551661"):
         assert digits in numbers
-    # The mean is computed from samples.
+    # The mean speed of a cycle is computed from samples, so it is less accurate than a final speed.
     assert found["final_speed"][0] == pytest.approx(4.03978871801, abs=1e-4)
     assert found["final_speed"][1] == pytest.approx(4.62244209582643, abs=1e-13)
     assert np.isnan(found["final_speed"][2])
-    # The error of the steps grows over 44 s, and the time is interpolated over a thousandth of a
-    # second.
+    # The error of the steps grows over 44 s, and the time of lift-off is interpolated over a
+    # thousandth of a second.
     assert found["lift_time"][2] == pytest.approx(44.43042627212, abs=1e-4)
     assert found["lift_wheel"].tolist() == [0, 0, REAR]
     assert found["fate_time"][2] > found["lift_time"][2]
-    # Maxima are those of parabolas through samples.
+    # The largest lean is the maximum of a parabola through samples, which is an approximation.
     assert found["largest_lean"][2] == pytest.approx(1.2486551661, abs=2e-5)
     assert found["largest_lean"][0] == pytest.approx(0.187013377283, abs=2e-5)
 
@@ -101,7 +101,7 @@ def test_lifts_are_the_events_of_single_runs(runs, bicycle, maneuvers):
             maneuvers[0], speed=Exact(Fraction(speed)), roll_rate=Exact(Fraction(roll_rate))
         )
         event = follow(bicycle, start, longest=Fraction(8)).event
-        # Interpolated over a thousandth of a second.
+        # The atlas interpolates this time over a thousandth of a second.
         assert time == pytest.approx(float(event.time), abs=2e-5)
 
 
@@ -114,7 +114,8 @@ def test_conditions_are_those_of_the_sensitivities(runs):
     ]
     edge = [(4.6, rate) for rate in (1.0, 2.0, 2.4, 2.4649)]
     found = of(runs, (4.0, 0.05), (4.6, 0.5), (8.0, 0.05), *edge)["condition"]
-    # The atlas samples bursts 32 times a second, the expected values 100 times.
+    # The atlas samples bursts 32 times a second. The expected values are sampled 100 times a
+    # second.
     assert found == pytest.approx(expected, rel=0.03)
 
 
@@ -148,7 +149,8 @@ def test_falls_are_those_of_another_integrator(runs, bicycle):
             assert run.t[-1] == pytest.approx(time, abs=1e-6)
         else:
             assert np.abs(run.y[[0, 2], -1]).max() < 0.05
-        # The steps and the samples are at different times.
+        # The integrator's steps and the samples of the atlas are at different times, so their
+        # maxima differ slightly.
         assert found["largest_lean"][i] == pytest.approx(np.abs(run.y[0]).max(), rel=0.02)
     assert set(found["fate"]) == {FALLS, UPRIGHT}
 
@@ -183,7 +185,7 @@ def test_a_weave_repeats_itself_or_not(heights, is_periodic):
     found = repeats(lean)
     assert (found is not None) == is_periodic
     if found is not None:
-        # Whole periods, with left and right turns.
+        # The repeated part consists of whole periods, each with turns to the left and to the right.
         period = len(heights) if len(heights) % 2 == 0 else 2 * len(heights)
         assert (found.stop - found.start) * SPACING % period in (0.0, pytest.approx(0.0, abs=0.1))
     assert repeats(np.abs(lean)) is None
@@ -283,7 +285,8 @@ def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
             outcomes["refused" if "\n" not in said else "not in one line"] += 1
             if file.parent.name in VARIABLES and not file.name.startswith("."):
                 assert f": chunk {file.name} is damaged: " in said
-            # Every twelfth damage only, because each repair computes a chunk.
+            # Repair the atlas only after every twelfth damage, because each repair computes a
+            # chunk.
             if "repeat the command" in said and outcomes["refused"] % 12 == 0:
                 with ThreadPoolExecutor(1) as pool, using(executor=pool):
                     assert numbers(make_atlas(small, folder)) == right
@@ -341,8 +344,8 @@ def test_the_edge_of_falling_is_where_binary128_has_it(bicycle):
     assert at == [4.6]
     assert np.nextafter(stays, 3) == falls
     exact = Fraction("2.46491144053243234304")
-    # Accuracy for the binary64 number 4.6: a few units in the last place, which the motion
-    # magnifies.
+    # The binary64 number nearest to 4.6 is not exactly 4.6. The motion magnifies this difference to
+    # a few units in the last place.
     assert abs(Fraction(float(stays[0])) - exact) <= 4 * Fraction(float(np.spacing(stays[0])))
 
 

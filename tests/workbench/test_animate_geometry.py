@@ -79,7 +79,8 @@ def test_places_do_not_depend_on_how_many_are_asked_for(motions, reference, equa
 
 @pytest.mark.parametrize("number", MANEUVERS)
 def test_the_rear_track_is_the_integral_of_the_published_speed(motions, reference, number):
-    # Speed of the contact point, which is a column; Simpson's rule with 0.5 ms.
+    # The speed of the contact point is a column of the reference. It is integrated by Simpson's
+    # rule with steps of 0.5 ms.
     t = np.linspace(0.0, 10.0, 20001)
     found = reference[number].approximate(t, ["forward_speed_contact", "yaw"])
     speed, yaw = found["forward_speed_contact"], found["yaw"]
@@ -94,7 +95,7 @@ def test_the_rear_track_is_the_integral_of_the_published_speed(motions, referenc
 
 def test_contact_points_move_along_their_wheels_heading(moving, equations):
     here, rate = moving
-    # The front wheel's axle, from the frame's attitude by yaw, roll, pitch and steer.
+    # Compute the front wheel's axle from the frame's attitude: yaw, roll, pitch and steer.
     tilt = equations.k.tilt
     yaw, roll, pitch, steer = (here[name] for name in ("yaw", "roll", "pitch", "steer"))
     leaning = Rotation.from_euler("ZXY", np.stack([yaw, roll, pitch + tilt], axis=1))

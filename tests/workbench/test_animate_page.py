@@ -138,7 +138,7 @@ def test_it_plays_unless_motion_is_not_wanted(pages, opened):
     playing = opened(pages["plain"], is_stopped=True)
     playing.clock.run_for(2500)
     assert playing.complaints == []
-    # The page draws with each browser frame, 60 per second, starting at the second one.
+    # The page draws in each browser frame, 60 times per second, beginning with the second frame.
     assert clock(playing.content()) == pytest.approx(2.5, abs=2.5 / 60)
     for within, options, time in (("", {"reduced_motion": "reduce"}, 0), ("#t=5", {}, 5)):
         resting = opened(pages["plain"], within, is_stopped=True, **options)
@@ -177,7 +177,7 @@ def test_the_scene_shows_a_bicycle(pages, opened, camera):
         assert page.complaints == []
         pixels = picture(page)
         red, green, blue = np.moveaxis(pixels, -1, 0)
-        # Pixels of the orange frame, the black tyres, and the blue result.
+        # Count the pixels of the orange frame, the black tyres, and the blue result.
         assert ((red > green + 0.3) & (green > blue + 0.1)).sum() > 150
         assert (pixels.max(axis=-1) < 0.25).sum() > 150
         is_blue = ((blue > red + 0.25) & (blue > green + 0.05)).sum() > 300
@@ -241,7 +241,8 @@ def test_keys_pointer_and_address_do_what_they_say(pages, opened):
     page = opened(pages["plain"], "#t=3&maneuver=2")
     found = page.evaluate(HANDS)
     assert page.complaints == []
-    assert found.pop("clicked") == pytest.approx(2.5, abs=0.05)  # the pointer moves by whole pixels
+    # The pointer moves by whole pixels, so the time is approximate.
+    assert found.pop("clicked") == pytest.approx(2.5, abs=0.05)
     assert found == {
         "start": 3, "right": 3.02, "back": 2.02, "end": 10, "home": 0, "playing": "Pause",
         "paused": "Play", "maneuver": "3", "scale": "roll and steer drawn ×20",
@@ -263,6 +264,6 @@ def test_the_result_is_hatched(pages, opened):
         ]
         return sum(n for n in runs if n > 9) / sum(runs)
 
-    # The policy is relaxed so that the test's own script may run.
+    # The page's content security policy is relaxed so that the test's own script may run.
     page = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", pages["compared"])
     assert solid(page) < 0.5 * solid(page.replace("hatch(g);", ""))

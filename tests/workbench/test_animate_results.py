@@ -51,7 +51,7 @@ def test_the_reference_as_a_file_coincides(reference):
 
 
 def test_a_perturbed_file_differs_as_it_should(table, shown):
-    # With a speed higher by a thousandth, the position is ahead by a thousandth of the distance.
+    # The speed is higher by a thousandth, so the position is ahead by a thousandth of the distance.
     other = table.copy()
     other[:, 1 + 8 + SPEED] *= 1.001
     scenes = shown(other)
@@ -76,8 +76,8 @@ def test_both_wheels_of_a_result_are_on_the_floor(table, shown):
 
 
 def test_a_circle_is_a_circle(table, shown):
-    # With constant roll and steer the rear wheel moves on a circle, at the yaw rate that its steer
-    # angle determines. The test uses only positions.
+    # With constant roll and steer the rear wheel moves on a circle, with the yaw rate that its
+    # steer angle determines. The test uses only the positions.
     other = table.copy()
     other[:, 1 + 16 + ROLL], other[:, 1 + 16 + STEER] = 0.2, 0.3
     other[:, 1 + 16 + ROLL_RATE] = other[:, 1 + 16 + STEER_RATE] = 0.0
@@ -86,9 +86,10 @@ def test_a_circle_is_a_circle(table, shown):
     steps = np.gradient(m.rear_contact, m.time, axis=0)[2:-2]
     curvature = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
     assert curvature.mean() > 0
-    # The accuracy is that of linear interpolation of the difference from the moving reference.
+    # The tolerance is the accuracy of linear interpolation of the difference from the moving
+    # reference.
     np.testing.assert_allclose(curvature, curvature.mean(), rtol=5e-5)
-    # The contact points of both wheels have a common centre, that of rolling without slip.
+    # Both contact points move on circles with a common centre, as in rolling without slip.
     turn = curvature.mean() / (m.time[1] - m.time[0])
     radius = np.linalg.norm(steps, axis=1).mean() / turn
     left = np.stack([-np.sin(m.yaw), np.cos(m.yaw), 0 * m.yaw], axis=1)
@@ -101,7 +102,7 @@ def test_a_circle_is_a_circle(table, shown):
 
 
 def test_another_definition_is_brought_to_the_default_one(reference):
-    # Exudyn's roll angle includes part of the yaw, which is up to 0.3 rad here.
+    # Exudyn's roll angle includes part of the yaw, which is up to 0.3 rad in this run.
     path = data_folder() / "peers" / "exudyn-h0.001.txt"
     for scene in replay(reference, read_results(path, count=3)).scenes:
         assert "roll angle taken as tait_bryan_xyz" in said(scene)
@@ -167,7 +168,8 @@ def test_a_bicycle_that_leaves_is_shown_until_then(table, shown):
 
 
 def test_few_rows_add_no_error_of_their_own(table, shown):
-    # Every half second, with five digits; the reference provides the values in between.
+    # The file has a row every half second, with five digits. The reference provides the values in
+    # between.
     other = np.array([[float(f"{x:.5g}") for x in row] for row in table[::50]])
     for scene in shown(other).values():
         a, b = scene.reference.motion, scene.result.motion

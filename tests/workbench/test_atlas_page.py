@@ -85,7 +85,7 @@ def test_the_address_opens_a_start(page, reference, opened):
     dom = shown.content()
     assert shown.complaints == []
     assert "4.6 m/s, 0.5 rad/s" in said(dom)
-    # Maneuver 2, computed by the page.
+    # The page computes maneuver 2 itself.
     exact = reference[2].evaluate("3.2")
     assert re.search(r'<output class="clock">3.20 s<', dom)
     values = dict(re.findall(r'<tr><th scope="row">(\w+) \[.*?</th><td>(.*?)</td>', dom))
@@ -176,7 +176,7 @@ def test_an_axis_may_change_the_bicycle(bicycle, opened):
     shapes = data(page)["shapes"]
     assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
     weave, capsize = data(page)["stable"]["curves"]
-    # A longer bicycle has no stable speed.
+    # A bicycle with a longer wheel base has no stable speed.
     assert len(weave) == len(capsize) < 25
     ((low, high),) = linearise(bicycle.replace(w=Exact(Fraction(0.9))), 15).stable_ranges
     assert (weave[0], capsize[0]) == (

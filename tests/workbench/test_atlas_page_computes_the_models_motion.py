@@ -27,7 +27,8 @@ from heyoka_bike.workbench.atlas.store import load_atlas
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="no node to run JavaScript with")
 
-# Some hundred operations, some of them differences: 1e4 units of roundoff.
+# The values result from some hundred operations, some of which are differences. The limit is 1e4
+# units of roundoff.
 ROUNDOFF = 1e-12
 
 
@@ -149,13 +150,14 @@ def test_maneuvers_are_those_of_the_reference(bicycle, maneuvers, reference):
 
 
 def test_the_edge_of_falling_is_where_it_is(bicycle):
-    # docs/harder-tier.md: the edge at 4.6 m/s is between 2.4649114405324323430 and ...06 rad/s.
+    # docs/harder-tier.md states the edge at 4.6 m/s: it is between 2.4649114405324323430 and ...06
+    # rad/s.
     at = [2.464911, 2.464912]
     assert [m["falls"] for m in followed(bicycle, [start(4.6, w) for w in at])] == [False, True]
 
 
 def test_a_motion_ends_where_the_equations_do(bicycle):
-    # A divisor vanishes at a steer angle of about 80 degrees, where heyoka's steps stop.
+    # At a steer angle of about 80 degrees a divisor vanishes, and heyoka's steps stop there.
     (found,) = followed(bicycle, [start(4.863690887411336, 3.7550073139195383)])
     assert found["falls"]
     assert found["duration"] == pytest.approx(0.2)
@@ -189,11 +191,11 @@ def test_replays_come_to_what_the_atlas_says(bicycle, request):
     for motion, fate, time, lean in zip(motions, fates, times, leans, strict=True):
         assert motion["falls"] == (fate == FALLS)
         if motion["falls"]:
-            # The last frame, 0.02 s after the previous one. Both stop where steps become short, at
-            # times that differ by up to 5 ms.
+            # The duration is the time of the last frame, and frames are 0.02 s apart. Both
+            # computations stop when steps become short, at times that differ by up to 5 ms.
             assert -0.005 < time - motion["duration"] < 0.025
         else:
-            # Tolerance for a maximum between two frames 0.02 s apart, at accelerations of about 10
-            # rad/s^2.
+            # The tolerance is for a maximum between two frames that are 0.02 s apart, at
+            # accelerations of about 10 rad/s^2.
             largest = max(map(abs, motion["columns"]["roll"]))
             assert largest == pytest.approx(lean, abs=1e-3)

@@ -52,7 +52,7 @@ CODES = {
     ("SUNDIALS CVODE", "binary64"),
     ("Exudyn", "binary64"),
 }
-# codes that count steps; the others count calls of the right-hand side
+# Codes for which steps are counted. For the other codes, calls of the right-hand side are counted.
 STEPS = ("heyoka", "Exudyn")
 HAS_COMPILER = shutil.which("gcc") is not None or shutil.which("cc") is not None
 KEYS = {
@@ -132,23 +132,23 @@ def test_numbers_of_a_run_are_complete(document):
 
 def test_first_class_meets_the_limit_of_the_benchmark(document):
     for r in of_class(document, "performance"):
-        # 1e-3 % is the limit of the benchmark. The grid of eight tolerances per decade does not
-        # exceed it by much: one step of the grid changes the error of these codes by a factor of at
-        # most 12, the ratio of two orders of heyoka.
+        # 1e-3 % is the limit of the benchmark. Each code uses the loosest tolerance that meets it,
+        # from a grid of eight per decade. One step of the grid changes the error by a factor of at
+        # most 12, the ratio of two orders of heyoka. So the error is not much below the limit.
         assert 1e-3 / 12 < r["performance_percent"] < 1e-3
 
 
 def test_second_class_has_small_true_error(document):
     for r in of_class(document, "state_error"):
-        # 1e-12 defines the class; below 1e-14 a code would have been run with a smaller tolerance
-        # than needed.
+        # The limit 1e-12 defines the class. An error below 1e-14 would show that a code was run
+        # with a smaller tolerance than needed.
         assert 1e-14 < r["max_state_error"] < 1e-12
 
 
 def test_third_class_is_at_roundoff(document):
-    # Units of roundoff are 1.1e-16 and 9.6e-35, the speed is near 5 m/s, and about 70 steps add up.
-    # The reference itself is a sum of two binary64, accurate to 5e-32 of the speed in m/s. SciPy
-    # has to sum thousands of steps of binary64.
+    # The units of roundoff are 1.1e-16 and 9.6e-35, the speed is near 5 m/s, and the errors of
+    # about 70 steps add up. The reference itself is a sum of two binary64 numbers, accurate to
+    # 5e-32 of the speed in m/s. SciPy adds up the errors of thousands of steps in binary64.
     limit = {("heyoka", "binary64"): 1e-14, ("heyoka", "binary128"): 2e-31}
     for r in of_class(document, "roundoff"):
         assert r["max_state_error"] < limit.get((r["code"], r["precision"]), 1e-12)
@@ -156,11 +156,12 @@ def test_third_class_is_at_roundoff(document):
 
 def test_measuring_sees_an_error(problem):
     rows = np.tile(problem.start(float), (problem.maneuver.rows, 1))
-    # Remaining in the initial state conserves energy and has an error of the largest roll rate.
+    # A motion that remains in the initial state conserves energy, but has an error as large as the
+    # largest roll rate.
     performance, error = problem.measure(rows, problem.expected)
-    assert performance < 1e-60  # the test measures with 256 bits
+    assert performance < 1e-60  # the energies are computed with 256 bits
     assert 0.5 < error < 1
-    rows[500, 5] *= 1 + 1e-9  # the speed: kinetic energy is most of the 1837 J
+    rows[500, 5] *= 1 + 1e-9  # change the speed: kinetic energy is most of the 1837 J
     performance, _ = problem.measure(rows, problem.expected)
     assert performance == pytest.approx(100 * 2e-9 * 1037 / 1837, rel=0.02)
     assert problem.measure(rows[:-1], problem.expected) == (np.inf, np.inf)
@@ -170,7 +171,7 @@ def test_measuring_sees_an_error(problem):
 
 @pytest.mark.parametrize("slope", [0.7, 1, 1.2])
 def test_search_finds_the_loosest_tolerance(slope):
-    # Errors that decrease with the tolerance, here as a power of it, cross the limit once.
+    # The error decreases with the tolerance, here as a power of it, so it crosses the limit once.
     for loosest in range(129):
 
         def excess(i, loosest=loosest):
@@ -213,14 +214,15 @@ def test_the_fast_path_is_tuned_by_one_number(problem):
         assert tighter.tolerance < looser.tolerance
         assert tighter.error < looser.error / 10
         assert tighter.count > looser.count
-        # The compiled code is the same.
+        # Both trials use the same compiled code.
         assert tighter.build == looser.build
 
 
 def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
     rows = reference[2].rows.hi
     given = np.array([rows[race._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
-    # Values that are right to binary64, in definitions that differ by 1e-3 and more.
+    # The values are right to binary64, but their definitions differ from the default ones by 1e-3
+    # or more.
     assert problem.measure_columns(given, race._EXUDYN)[1] == 0
     assert problem.measure_columns(given, {})[1] > 1e-3
     assert problem.measure_columns(given[:, :-1], {}) == (np.inf, np.inf)
@@ -293,7 +295,8 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
         if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
             whole = code.at(1e-5)
             single = [type(code)(code.name, [x]).at(1e-5) for x in problems]
-            # Single runs of the fast path round differently, which may change the last step.
+            # On the fast path, a run of one maneuver rounds differently from a run of all
+            # maneuvers. This may change the last step.
             assert abs(whole.count - sum(x.count for x in single)) <= len(problems)
             assert whole.error == pytest.approx(max(x.error for x in single), rel=1e-6)
             assert whole.performance == pytest.approx(max(x.performance for x in single), rel=1e-6)
@@ -310,8 +313,8 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate):
         wholes["C extrapolation"] = True
     assert {x["code"]: x["measured_over"] == 10 for x in found} == wholes
     for x in found:
-        # Units of roundoff of binary128 are 1e-34; about 70 steps of a speed near 5 add up. The
-        # extrapolation has a tolerance of 1e-30.
+        # The unit of roundoff of binary128 is 1e-34. About 70 steps with a speed near 5 m/s add up.
+        # The extrapolation code has a tolerance of 1e-30.
         assert x["error"] < (1e-30 if x["code"] == "C extrapolation" else 1e-31)
     assert precise._part(candidate[1], Fraction(10)) == 1
     assert 0 < precise._part(candidate[1], span) < 1 / 78
@@ -323,7 +326,7 @@ def test_costs_are_scaled_to_the_maneuver(candidate):
     for precision, limit in (("longdouble", 1e9), (25, 0.0)):
         (x,) = precise.costs(published, (precision,), longest=limit)
         assert x["order"] == integrate(published.bicycle, short, precision).order
-        # If only one step is timed, the others are counted as in the published run.
+        # If only one step is timed, the number of the other steps is that of the published run.
         assert (x["steps"] == 1) == (limit == 0)
         count = published.steps if limit == 0 else x["steps"] + 1
         assert x["seconds"] == pytest.approx(x["seconds_per_step"] * count)

@@ -65,8 +65,8 @@ def test_rates_and_columns_are_the_models(bicycle, balls, peers):
             o, u = unfold(k, balls, exact, is_regular=False)
             every = columns(k, balls, o, u, *exact[:3], flint.arb(0))
             right_columns = [float(every[c].mid()) for c in BENCHMARK_COLUMNS]
-        # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest
-        # value.
+        # The values result from some hundred operations, some of which are differences. The limit
+        # is 1e4 units of roundoff of the largest value.
         assert np.abs(rates - right).max() < 1e-12 * np.abs(right).max()
         assert np.allclose(found, right_columns, rtol=1e-13, atol=1e-13)
 
@@ -75,7 +75,7 @@ def test_every_operation_is_written_once(bicycle):
     lines = [x.strip() for x in slope_source(bicycle).splitlines() if " = " in x]
     right = [x.partition(" = ")[2] for x in lines if x.startswith("const")]
     assert len(right) == len(set(right)) == sum(operations(bicycle).values())
-    # docs/model.md counts 437 variables in heyoka's decomposition, including the six states.
+    # docs/model.md states that heyoka's decomposition has 437 variables, including the six states.
     assert 400 < len(right) < 500
     assert operations(bicycle)["sin"] == operations(bicycle)["cos"] == 3
 
@@ -97,8 +97,8 @@ def test_signs_and_literals_are_worked_out():
 
 @pytest.mark.parametrize(
     ("method", "tolerances", "least"),
-    # With a tenth of the tolerance, or half the step, errors fall by at least this factor: about
-    # ten for an adaptive method, and 2^4 for RK4.
+    # Each case: the method, two tolerances or steps, and the factor by which the error must fall.
+    # The factor is at least 10 for an adaptive method, and about 2^4 for RK4.
     [("DOPRI5", (1e-7, 1e-9), 10), ("DOP853", (1e-8, 1e-10), 10), ("RK4", (0.02, 0.01), 12)],
 )
 def test_integrators_converge_to_the_reference(peers, start, reference, method, tolerances, least):
@@ -117,7 +117,8 @@ def test_integrators_converge_to_the_reference(peers, start, reference, method, 
 
 @pytest.mark.parametrize(("method", "name"), [("DOPRI5", "RK45"), ("DOP853", "DOP853")])
 def test_errors_are_those_of_scipy(peers, start, method, name):
-    # The same formulas and dense output at the same tolerance; only the step size control differs.
+    # The code has the same formulas and dense output as SciPy's DOP853, at the same tolerance. Only
+    # the step size control differs.
     scipy = pytest.importorskip("scipy.integrate")
     times = np.linspace(0, 2, 201)
     right, _, _ = peers.solve("DOP853", start, times, 1e-14)
@@ -148,7 +149,8 @@ def test_without_a_compiler(bicycle, monkeypatch, tmp_path):
 
 
 def test_the_floor_counts_products(bicycle):
-    # Order 1: three products for a product of variables, two for a product with a constant.
+    # At order 1, a product of two variables needs three products, and a product with a constant
+    # needs two.
     given = {"products_per_second": 1e9, "products": 10, "scales": 5}
     assert floor_seconds(order=1, steps=2, **given) == pytest.approx(80e-9)
     count = operations(bicycle)

@@ -84,12 +84,13 @@ def test_files_of_the_games(checker, game, least):
 
 
 CHANGES = [
-    # Mutants: always the default definition, a wrong degree, another limit, only one zero.
+    # Each pair replaces a line with a wrong one. The first four: always the default definition, a
+    # wrong degree, a different limit, only one zero.
     ("#define UB_EXPECTED 1.6094379124341003", "#define UB_EXPECTED 30.0"),
     ('"degree", 0.017453292519943295', '"degree", 0.0175'),
     ("#define BICYCLE_CLOSE_DIGITS 3.0", "#define BICYCLE_CLOSE_DIGITS 2.4"),
     ("- u->offset - exact);", "- exact);"),
-    # Mutant: the first row is ignored.
+    # This wrong line ignores the first row.
     ("told = ub_told_way(key, starts);", "told = 0;"),
 ]
 

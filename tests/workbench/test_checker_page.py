@@ -25,7 +25,8 @@ from support.pages import Page
 
 PEERS = data_folder() / "peers"
 EXUDYN = PEERS / "exudyn-h0.01.txt"
-# True once a link or a file has led to a result, or to the reason why there is none.
+# Expression that is true once a link or a file has led to a result, or to the reason why there is
+# none.
 IS_OVER = """document.getElementById("problem").textContent !== ""
     || !document.getElementById("result").hidden"""
 
@@ -56,7 +57,7 @@ def test_the_page_stands_alone(page):
 
 
 def test_every_control_has_a_name(page):
-    # Fields of the stage stand inside their labels, or have labels of their own.
+    # The fields of the stage are inside their labels, or have labels of their own.
     inside = re.findall(r"<label(?: class=\"\w+\")?><(?:input|select) .*?</label>", page)
     inside += re.findall(r"<label(?: class=\"\w+\")?>\w+ <select .*?</label>", page)
     assert all(Page(x).text for x in inside)
@@ -92,7 +93,7 @@ def judged(page, opened):
     """Opens the page and waits until it has judged the content of an address."""
 
     def judge(within, **how):
-        # Offline, so that no request could succeed.
+        # The browser is offline, so that no request could succeed.
         return opened(page, within, until=IS_OVER, offline=True, **how)
 
     return judge
@@ -138,7 +139,7 @@ def test_it_says_what_score_says(judged, name):
     assert set(found) == {(m.maneuver, c.key) for m in report.maneuvers for c in m.columns}
     for (m, key), digits in found.items():
         assert digits == pytest.approx(min(report[m][key].scd, 14.0), abs=0.1)
-    # The worst rows, with marks where their digits begin to differ.
+    # The table contains the ten worst rows. Marks show where their digits begin to differ.
     rows = re.findall(r"<tr><td>([\d.]+)</td><td>(.*?)</td><td>(.*?)</td><td>", dom)
     assert len(rows) == 10
     worst = report.worst
@@ -172,7 +173,7 @@ def test_texts_of_many_kinds(judged, reference):
     heading = "time,maneuver_2_steer_angle,m2_roll_angle [deg]"
     two = "right, as far as it goes: 2 of 8 columns, worst column 1"
     constant = one.copy()
-    constant[:, 6] = np.round(one[0, 6], 1)  # five digits, while others have 17
+    constant[:, 6] = np.round(one[0, 6], 1)  # five digits, while the other columns have 17
     cases = {
         "comma": (as_text(rows, ","), "right, worst column 1", 24),
         "semicolon": (as_text(rows, "; ", "a line; of text"), "right, worst column 1", 24),
@@ -211,8 +212,8 @@ def test_what_cannot_be_read_is_told_as_score_tells_it(judged, tmp_path):
         with pytest.raises(BicycleError) as raised:
             read_results(path)
         line = str(raised.value).replace(str(path), "mine.txt")
-        # The words for what was found are the same; those for what was expected of headings and
-        # options differ.
+        # The page and `score` use the same words for what they found in the file. Their words for
+        # expected headings and options differ.
         found, expected = line.split(", expected ", 1)
         same = f"{found}, expected {re.split(',| columns', expected)[0]}"
         assert said(dom, "problem").startswith(same), line
@@ -348,7 +349,8 @@ def test_nothing_is_cut_off_in_a_narrow_window(page, opened, judged):
     hidden_by_width = []
     for width in WIDTHS:
         shown = judged(address, width=width)
-        # Labels of axes that leave their drawing, and all labels that are drawn.
+        # The script returns the labels of axes that leave their drawing, and all labels that are
+        # drawn.
         cut, every = shown.evaluate("""() => {
             const drawn = [...document.querySelectorAll(".curve")].filter((s) => s.clientWidth);
             const letters = drawn.flatMap((svg) => {
@@ -362,7 +364,7 @@ def test_nothing_is_cut_off_in_a_narrow_window(page, opened, judged):
         }""")
         assert cut == 0
         assert every > 15
-        # A table that is wider than the window has shades at its sides.
+        # A table that is wider than the window is shaded at its sides.
         hidden, shades = shown.evaluate("""() => {
             const box = document.querySelector("#worst").parentElement;
             const shades = getComputedStyle(box).backgroundImage.split("gradient").length - 1;
@@ -397,7 +399,7 @@ def test_the_replay_is_that_of_animate(page):
     assert len(Page(page).all("canvas")) == 1
 
 
-# Returns the scenes shown for a text, and the text about them, without charts.
+# Script that returns the scenes shown for a text, and the text about them, without charts.
 SCENES = """() => {
   const found = scenesBeside(shown, exactly).map(({ scene, notes }) => ({ ...scene, notes }));
   const notes = [...document.querySelectorAll("#moving li")].map((x) => x.textContent);

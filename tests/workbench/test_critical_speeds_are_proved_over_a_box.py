@@ -26,7 +26,7 @@ pytestmark = pytest.mark.proof
 
 MEASURED = ("browser", "crescendo", "pista", "rigid", "rigid-jason", "yellow", "yellowrev")
 SAMPLES = 25
-# Digits to which the box's speeds are computed, before they are rounded outward.
+# Number of digits to which the speeds of the box are computed, before they are rounded outward.
 DIGITS = 15
 
 
@@ -89,7 +89,7 @@ def test_the_bounds_are_attained(name):
     box = _box(name)
     for bound in (*box.weave, *(box.capsize or ())):
         assert bound.low <= bound.least < bound.most <= bound.high
-        # Fraction of the width that is lost where a derivative changes sign inside the box.
+        # If a derivative changes sign inside the box, at most this part of the width is lost.
         lost = Fraction(1, 1000) * (bound.high - bound.low)
         assert bound.least - bound.low <= lost
         assert bound.high - bound.most <= lost
@@ -127,7 +127,7 @@ def test_the_standard_deviation_is_that_of_differences():
             for k in (step, -step)
         )
         total += ((ahead - behind) / (2 * mpmath.mpf(float(step)))) ** 2
-    # Differences over 1e-6 of a standard deviation, with 20 digits.
+    # The differences are over 1e-6 of a standard deviation, and are computed with 20 digits.
     assert abs(mpmath.sqrt(total) - float(box.capsize[0].deviation)) < 1e-9
 
 
@@ -235,7 +235,7 @@ def test_affine_numbers_remember_what_balls_forget():
         (x,) = Affines(balls).variables([flint.arb(1, 0.5)])
         assert isinstance(x, Affine)
         assert (x - x).ball.is_zero()
-        # The rest is of second order.
+        # The terms of first order cancel, so only the squared radius of 1/4 remains.
         assert (x * x - 2 * x).ball.rad() <= 0.26
 
 
@@ -306,13 +306,13 @@ def with_signs(**changes):
 def test_a_speed_is_claimed_only_where_signs_show_that_there_is_one():
     assert with_signs() == ((SPEED,), (SPEED,))
     for changes in (
-        {"d": (1, 1)},  # d does not vanish
+        {"d": (1, 1)},  # d does not vanish in this case
         {"d": (-1, 0)},
-        {"e": (-4, 1)},  # e is negative where d vanishes
-        {"c": (1, 0)},  # Hurwitz' determinant is negative for large v
+        {"e": (-4, 1)},  # e is negative at the speed where d vanishes
+        {"c": (1, 0)},  # Hurwitz' determinant is negative at high speeds
     ):
         assert with_signs(**changes)[0] is None, changes
-    assert with_signs(d=(-1, -1))[0] == ()  # never stable
+    assert with_signs(d=(-1, -1))[0] == ()  # this bicycle is never stable
     assert with_signs(e=(4, 1))[1] == with_signs(e=(-4, -1))[1] == ()
 
 

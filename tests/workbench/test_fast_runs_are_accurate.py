@@ -18,7 +18,7 @@ from heyoka_bike.workbench.fast.simulate import prepare
 pytest.importorskip("heyoka")
 
 STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-# Energies near 1e3 J have an error of at most this multiple of the state's error.
+# Energies near 1e3 J have an error of at most this multiple of the error of the state.
 ENERGY = 1e4
 
 
@@ -53,7 +53,8 @@ def test_error_is_below_what_was_asked_for(reference, accuracy):
     found = errors(simulate(accuracy=accuracy), reference)
     assert all(found[name] < accuracy for name in STATE_COLUMNS)
     assert all(found[name] < ENERGY * accuracy for name in BENCHMARK_COLUMNS if "energy" in name)
-    # The run must not be much more accurate than requested: the plans would be in the wrong order.
+    # The run must not be much more accurate than requested. Otherwise the plans would be in the
+    # wrong order.
     assert max(found[name] for name in STATE_COLUMNS) > accuracy / 100
 
 
@@ -61,7 +62,7 @@ def test_eq1_is_kept(reference):
     result = simulate(accuracy="eq1")
     assert 1e-5 < eq1(result) < 1e-3
     found = errors(result, reference)
-    assert all(found[name] < 1e-3 for name in STATE_COLUMNS)  # as stated in docs/speed.md
+    assert all(found[name] < 1e-3 for name in STATE_COLUMNS)  # docs/speed.md states this limit
 
 
 def test_one_maneuver_is_the_same_as_among_three():
@@ -69,7 +70,7 @@ def test_one_maneuver_is_the_same_as_among_three():
     for number in (1, 2, 3):
         one = simulate(number, accuracy=1e-6)
         assert one["roll_angle"].shape == (1001,)
-        # Vector and scalar code differ only by rounding.
+        # The results of vector and scalar code differ only by rounding.
         assert np.abs(one.values[0] - three.values[number - 1]).max() < 1e-9
     assert three["roll_angle"].shape == (3, 1001)
 
@@ -82,7 +83,7 @@ def test_table_is_that_of_the_benchmark(reference):
 
 
 def test_rows_anywhere(reference):
-    # More rows than are evaluated at once, and times that are not multiples of the steps.
+    # Test more rows than are evaluated at once, and times that are not multiples of the steps.
     for given, count in (({"rows": 3001}, 3001), ({"spacing": "0.0025"}, 4001), ({"rows": 2}, 2)):
         result = simulate(2, accuracy=1e-6, **given)
         assert len(result.time) == count
@@ -99,7 +100,7 @@ def test_runs_are_repeatable():
 
 
 def test_zero_trail_takes_the_other_form(bicycle, maneuvers):
-    # The few-product form divides by the mechanical trail (c cos(lam) on the floor).
+    # The form with few products divides by the mechanical trail, which is c cos(lam) on the floor.
     other = bicycle.replace(c=Exact(Fraction(0)))
     short = dataclasses.replace(maneuvers[1], duration=Fraction(1))
     result = simulate(short, bicycle=other, accuracy=1e-6)
@@ -120,7 +121,8 @@ def test_a_fall_is_told(maneuvers):
 
 
 def test_no_run_steps_over_a_singularity(maneuvers):
-    # At 0.76 s roll and steer rate no longer determine the turn rate, which a long step misses.
+    # At 0.76 s, roll and steer rate no longer determine the turn rate. A long step would pass this
+    # time without noticing it.
     fall = dataclasses.replace(
         maneuvers[0], speed=Exact(Fraction(565, 1000)), roll_rate=Exact(Fraction(-537, 1000))
     )
@@ -175,7 +177,8 @@ def test_an_ensemble_ends_where_single_runs_do(reference):
 @pytest.mark.parametrize("accuracy", [x for x in TOLERANCES if x not in ("eq1", "roundoff")])
 def test_an_ensemble_keeps_its_accuracy(accuracy):
     random = np.random.default_rng(3)
-    # as many as for `simulate`; among thousands one in a hundred is worse
+    # The number of starts is the same as in the test of `simulate`. Among thousands of starts, one
+    # in a hundred has an error above the limit.
     starts = np.zeros((20, 5))
     for column, limits in ((2, (-0.5, 0.5)), (3, (-0.4, 0.4)), (4, (4.3, 9.0))):
         starts[:, column] = random.uniform(*limits, len(starts))

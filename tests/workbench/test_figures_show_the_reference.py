@@ -21,7 +21,7 @@ from heyoka_bike.workbench.figures import eigenvalues, motions
 from heyoka_bike.workbench.style import render
 from support.texts_apart import assert_texts_are_apart
 
-# A figure is laid out again in each format, starting from the previous layout, so SVG comes first.
+# The layout of a figure starts from that of the previous format, so SVG must come first.
 FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 ANCHORS = Path(__file__).parents[1] / "anchors"
 
@@ -43,11 +43,11 @@ def stability(reference):
 def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, reference):
     draw = next(iter(plates(reference, name).values()))
     figure, again = draw(), draw()
-    # SVG first, because the layout depends on what was drawn before.
+    # SVG is rendered first, because the layout depends on the formats that were drawn before.
     for file_format, start in sorted(FORMATS.items(), reverse=True):
         first = render(figure, file_format)
         assert first.startswith(start)
-        # All formats for one figure only, because they share the drawing code.
+        # All formats are compared for one figure only, because they share the drawing code.
         if file_format == "svg" or name == "phase":
             assert render(again, file_format) == first, file_format
 
@@ -104,7 +104,7 @@ def test_eigenvalues_are_those_of_the_published_matrices(stability):
             below = -np.linalg.solve(m, np.hstack((stiffness, v * c1)))
             a = np.vstack((np.eye(4)[2:], below))
             nearest = np.abs(np.linalg.eigvals(a) - (x + 1j * y)).min()
-            # Near a double root an eigenvalue has half as many digits as are printed.
+            # Near a double root, an eigenvalue is accurate to half of the printed digits only.
             assert nearest < 1e-6, (line.get_label(), v)
             checked += 1
     assert checked > 60
@@ -114,8 +114,8 @@ def test_eigenvalues_are_those_of_the_published_matrices(stability):
 def test_critical_speeds_are_marked_with_their_published_digits(stability):
     upper, lower = stability
     texts = " ".join(t.get_text() for t in upper.texts)
-    assert "weave speed\n4.29238… m/s" in texts  # published: 4.292382536341
-    assert "capsize speed\n6.02426… m/s" in texts  # published: 6.024262015388
+    assert "weave speed\n4.29238… m/s" in texts  # the published value is 4.292382536341
+    assert "capsize speed\n6.02426… m/s" in texts  # the published value is 6.024262015388
     for ax in (upper, lower):
         (shade,) = ax.patches
         box = shade.get_extents().transformed(ax.transData.inverted())
@@ -142,7 +142,7 @@ def test_portraits_are_the_dense_output(reference):
                 assert np.abs(drawn[::50] - values[name]).max() < 1e-14 * scale
             assert (start.get_xdata()[0], start.get_ydata()[0]) == tuple(curve.get_xydata()[0])
             assert (end.get_xdata()[0], end.get_ydata()[0]) == tuple(curve.get_xydata()[-1])
-    # The published start: upright and straight, with a roll rate of 0.5 rad/s.
+    # The published start is upright and straight, with a roll rate of 0.5 rad/s.
     assert grid[1, 0].lines[0].get_xydata()[0] == pytest.approx((0.0, 0.5), abs=1e-15)
 
 
@@ -167,10 +167,10 @@ def test_paths_are_those_of_the_contact_point(reference):
         line, dots = above.lines
         rows = reference.motion[number].rows
         for axis, drawn in zip("xy", line.get_data(), strict=True):
-            # The points of the path are the rows.
+            # The drawn points of the path are the rows of the reference.
             np.testing.assert_allclose(drawn, rows[f"rear_contact_{axis}"], atol=1e-13)
         assert len(dots.get_xdata()) == 11
-        # The curvature of a line that turns by the yaw is the change of yaw over its length.
+        # The line turns with the yaw, so its curvature is the change of yaw divided by the length.
         x, y = line.get_data()
         length = np.hypot(np.diff(x), np.diff(y))
         turned = np.diff(reference[number].rows["yaw"])

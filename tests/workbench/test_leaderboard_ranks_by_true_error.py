@@ -69,7 +69,7 @@ def test_a_time_that_is_claimed_ranks_nothing(folder):
     entry(folder, lambda text: text.replace('"0.058"', '"1e-9"').replace("SciPy DOP853", "A lie"))
     first, second, *_ = leaderboard(folder, [load_reference()]).entries["H1"]
     assert (first.submission.name[:5], second.submission.name[:5]) == ("A lie", "SciPy")
-    assert first.digits == second.digits  # sorted by name, not by time
+    assert first.digits == second.digits  # equal digits are sorted by name, not by time
 
 
 REFUSED = {
@@ -217,7 +217,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     page = tmp_path / "board.html"
     assert main(["leaderboard", str(folder), "--reference", str(sets), "-o", str(page)]) == 0
     assert [f'id="{p}"' in page.read_text() for p in ("H1", "H2", "H4")] == [True, False, True]
-    # Without its dataset the submission is rejected, and H1 remains.
+    # Without its dataset, the submission for H4 is rejected. The submission for H1 remains valid.
     assert main(["leaderboard", str(folder)]) == 3
     assert "problem H4 without its dataset" in capsys.readouterr().err
 

@@ -34,7 +34,7 @@ def boxed(run, radius):
         radii = [flint.arb(0)] * SIZE
         for i in (3, 4):
             radii[i] = flint.arb(flint.fmpq(radius.numerator, radius.denominator)).upper()
-        # The start of the candidate is rounded.
+        # The start of the candidate is rounded, so the radii include its rounding error.
         radii = [x + flint.arb(2) ** -100 for x in radii]
     return nearby(run, radii)
 
@@ -73,7 +73,8 @@ def test_derivatives_are_those_of_the_motion(bicycle, start, tight):
         up, down = (run.state(TIME) for run in runs)
         for i in range(6):
             slope = (up[i] - down[i]) / (2 * flint.fmpq(step.numerator, step.denominator))
-            # Differences have errors of roundoff divided by the step, and of the step's square.
+            # Central differences have two errors: roundoff divided by the step, and one
+            # proportional to the step's square.
             assert abs(found[i, 3].mid() - slope) < found[i, 3].rad() + 1e-19
             assert found[i, 3].rad() < 1e-15
 
@@ -86,7 +87,8 @@ def test_every_motion_of_the_box_stays_within_the_bounds(run, wide, other):
             for x, y, bound in zip(other.state(TIME), run.state(TIME), bounds, strict=True)
         ]
     assert max(moved) < 1
-    # Fraction of a bound over a whole segment for the worst corner.
+    # The worst corner moves by at least a tenth of the bound, although the bound covers a whole
+    # segment.
     assert max(moved) > 0.1
 
 
@@ -98,7 +100,8 @@ def test_derivatives_hold_for_every_motion_of_the_box(tight, wide, other):
         for j in range(6):
             assert all_of_them[i, j].contains(corner[i, j])
             differ += not middle[i, j].overlaps(corner[i, j])
-    # The two motions have different derivatives, so a box that ignored this would not contain both.
+    # The two motions have different derivatives. A box that ignored this would not contain both
+    # derivatives.
     assert differ > 10
 
 

@@ -16,7 +16,7 @@ from support.browser import browser
 
 pytestmark = pytest.mark.proof
 
-# Returns the page's result for each link or file, one after the other.
+# Script that returns the page's result for each link or file, one after the other.
 DRIVER = """
 const raised = [];
 addEventListener("error", (e) => raised.push(`${e.message} ${e.lineno}`));
@@ -72,7 +72,8 @@ def rows(reference):
 
 def outcomes(opened, page, steps):
     """Return the page after each step of a script in one window, and its complaints."""
-    # The script of a step is not one of the page, so the policy is relaxed.
+    # The test's script is not a script of the page, so the page's content security policy is
+    # relaxed.
     allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'"
     page = re.sub(r"script-src [^\"]*", allowed, page)
     shown = opened(page.replace("</body>", f"<script>{DRIVER}</script></body>"))
@@ -86,7 +87,7 @@ def check(found, given):
         told = f"{str(one)[:300]}: {outcome}"
         assert outcome["raised"] == [], told
         assert outcome["extra"] == 0, told
-        # A result, or the reason why there is none.
+        # The page shows either a result, or the reason why there is none.
         assert outcome["isShown"] == bool(outcome["verdict"]), told
         assert outcome["isShown"] != bool(outcome["problem"]), told
 

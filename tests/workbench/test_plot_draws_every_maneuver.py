@@ -25,7 +25,7 @@ LABELS = (
     "change of energy [J]",
     "time [s]",
 )
-ALL = len(FIGURES) + 2  # one figure is drawn for each maneuver
+ALL = len(FIGURES) + 2  # one of the figures is drawn for each maneuver
 PANELS = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", "forward_speed")
 ENERGIES = ("kinetic_energy", "potential_energy", "mechanical_energy")
 
@@ -57,7 +57,7 @@ def test_png_is_large_enough_to_print_and_not_blank(figures, number):
 
     path = figures / f"maneuver_{number}.png"
     width, height = struct.unpack(">II", path.read_bytes()[16:24])
-    assert (width, height) == (1400, 1280)  # 7 by 6.4 inches at 200 dots per inch
+    assert (width, height) == (1400, 1280)  # [px] 7 by 6.4 inches at 200 dots per inch
     pixels = np.round(imread(path)[..., :3] * 255).astype(int)
     for colour in ((0, 114, 178), (213, 94, 0), (0, 0, 0)):  # colours of the lines and the text
         assert (pixels == colour).all(axis=-1).sum() > 500
@@ -65,7 +65,7 @@ def test_png_is_large_enough_to_print_and_not_blank(figures, number):
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_svg_has_title_and_labels_with_units(figures, number, maneuvers):
-    # matplotlib draws letters as curves, with a comment that contains their text.
+    # matplotlib draws letters as curves. A comment in the file contains their text.
     text = (figures / f"maneuver_{number}.svg").read_text()
     for label in LABELS:
         assert f"<!-- {label} -->" in text
@@ -86,7 +86,8 @@ def test_lines_are_the_reference(maneuvers):
         assert line.get_label().startswith(name.replace("_", " "))
         values = maneuver.rows[name]
         assert np.array_equal(line.get_ydata(), values - values[0])
-    # The reference conserves energy to all digits, so only the rounding to binary64 remains.
+    # The reference conserves energy to all its digits, so only the error of rounding to binary64
+    # remains.
     assert np.abs(last.lines[2].get_ydata()).max() <= np.spacing(2000.0)
 
 
@@ -110,7 +111,8 @@ def test_one_maneuver_into_one_file(folder, tmp_path, name, start, capsys):
     path = tmp_path / name
     assert main(["plot", str(folder), "--maneuver", "2", "-o", str(path)]) == Exit.OK
     assert path.read_bytes().startswith(start)
-    assert [p.name for p in path.parent.iterdir()] == [path.name]  # no other file remains
+    # No other file remains in the folder.
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
     assert capsys.readouterr().out == f"{path}\n"
 
 

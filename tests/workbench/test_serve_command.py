@@ -62,7 +62,8 @@ def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
         for _ in range(3):
             with socket.create_connection(("127.0.0.1", port)) as client:
                 client.sendall(head.encode() + body[: int(share * len(body))])
-        # A client that stays is answered, and soon after nothing remains of the others.
+        # A client that stays connected is answered. Soon afterwards, nothing remains of the clients
+        # that vanished.
         address = f"http://127.0.0.1:{port}/"
         asked = urllib.request.Request(f"{address}score", body, {"Content-Type": "text/plain"})
         with urllib.request.urlopen(asked, timeout=30) as answer:
@@ -90,7 +91,8 @@ def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
             os.utime(folder, (0, 0))
         with started(tmp_path) as following:
             following.stdout.readline()
-            # The folder of this server, and that of the other one that is alive.
+            # Two folders remain: one belongs to the new server, and one to the older server that is
+            # still alive.
             assert len(set(tmp_path.glob("heyoka-bike-serve-*")) - set(left)) == 1
             assert len(set(tmp_path.glob("heyoka-bike-serve-*")) & set(left)) == 1
             following.terminate()
@@ -116,7 +118,8 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path):
         (tmp_path / name).mkdir()
     running.sweep(tmp_path, new=-1.0)
     assert kept.exists()
-    # The folder of a killed server; the owner of the other one is unknown.
+    # The folder of the killed server is removed. The other folder remains, because its owner is
+    # unknown.
     assert sorted(p.name for p in tmp_path.glob("pymp-*")) == ["pymp-2"]
     left = sorted(p.name for p in tmp_path.glob("heyoka*"))
     assert left == ["heyoka-bike-serve-link", "heyoka-bike-serve-pipe"]

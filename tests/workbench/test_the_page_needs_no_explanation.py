@@ -14,7 +14,7 @@ from support.browser import DROP, browser, wait_until
 
 EXUDYN = data_folder() / "peers" / "exudyn-h0.01.txt"
 IS_SHOWN = '!document.getElementById("result").hidden'
-# Drags a file over the page, from one element to another, and out of the page.
+# Script that drags a file over the page, from one element to another, and out of the page.
 DRAG = """(kinds) => {
   const data = new DataTransfer();
   data.items.add(new File(["0 1"], "x.txt"));
@@ -58,7 +58,7 @@ def test_the_target_says_what_it_takes_and_that_a_file_is_over_it(page, opened):
     assert shown.evaluate(DRAG, ["dragenter", "dragleave in", "dragover", "dragleave out"]) == [
         [True, release], [True, release], [True, release], [False, invitation],
     ]  # fmt: skip
-    # Parts that are not needed at first are folded.
+    # Parts of the page that are not needed at first are folded.
     assert not shown.is_visible("#text")
     assert not shown.is_visible("#wanted")
     assert shown.is_visible("#example")
@@ -91,7 +91,7 @@ def test_only_what_is_not_the_default_is_said_of_a_column(judged, reference):
 def test_arrow_keys_choose_the_cells(judged):
     shown = judged(EXUDYN.name, EXUDYN.read_text())
     assert shown.evaluate(CHOSEN).startswith("maneuver 1, steer rate: 1.6 digits")
-    # The Tab key stops at one cell only, the chosen one.
+    # The Tab key stops at one cell of the table only, the chosen one.
     assert shown.locator('#matrix button[tabindex="0"]').count() == 1
     shown.locator('#matrix button[tabindex="0"]').focus()
     for key, wanted in [
@@ -118,12 +118,14 @@ def test_the_charts_and_the_replay_show_one_time(judged):
     late = shown.evaluate(CURSORS)
     assert [v for v, _ in early + late] == ["visible"] * 4
     assert all(b > a for (_, a), (_, b) in zip(early, late, strict=True))
-    # A click into the chart moves the replay; a click on a cell changes its maneuver.
+    # A click into the chart moves the replay to that time. A click on a cell changes the maneuver
+    # of the replay.
     box = shown.locator("#curve svg").bounding_box()
     shown.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + 0.5 * box["height"])
     wait_until(shown, "document.querySelector('.clock').textContent !== '5.00 s'")
     there = float(shown.inner_text(".clock").removesuffix(" s"))
-    assert there == pytest.approx(7.5, abs=0.5)  # the axis is narrower than the chart by its marks
+    # Because of its marks, the axis is narrower than the chart.
+    assert there == pytest.approx(7.5, abs=0.5)
     shown.click('[aria-label^="maneuver 3, roll angle"]')
     assert shown.is_checked('input[name="maneuver"][value="3"]')
     wait_until(shown, "document.querySelector('#detail .cursor').getAttribute('x1') !== null")

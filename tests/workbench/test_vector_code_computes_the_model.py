@@ -31,7 +31,8 @@ def test_sines_and_cosines_are_rounded_once_or_nearly(size):
     angles[0] = size * np.linspace(-1, 1, LANES)
     for x in angles:
         sine, cosine = called(source, "turns", x, 2)
-        # Two units of roundoff: the last terms of pi/2 and of the polynomials.
+        # The limit of two units of roundoff allows for the last terms of pi/2 and of the
+        # polynomials.
         assert np.abs(sine - [math.sin(t) for t in x]).max() < 4.5e-16
         assert np.abs(cosine - [math.cos(t) for t in x]).max() < 4.5e-16
         assert np.allclose(sine, [math.sin(t) for t in x], rtol=1e-15, atol=1e-17 * size)
@@ -48,7 +49,8 @@ def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
     source = module(rates_code(equations)).replace("internal ", "")
     found = called(source, "rates", states, 6)
     right = np.array(equations.rates(list(states)))
-    # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest value.
+    # The values result from some hundred operations, some of which are differences. The limit is
+    # 1e4 units of roundoff of the largest value.
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
     assert np.ptp(found, axis=1).min() > 1e-3
 
@@ -76,18 +78,18 @@ def test_loops_and_branches_do_what_they_say():
 
 def test_the_constants_are_those_of_radaus_method():
     m = collocation()
-    # Exact for polynomials of degree 7 at every point, and of degree 14 at the end.
+    # The method is exact for polynomials of degree 7 at every point, and of degree 14 at the end.
     for degree in range(8):
         right = m.points ** (degree + 1) / (degree + 1)
         assert np.abs(m.integral @ m.points**degree - right).max() < 1e-15
     for degree in range(8, 15):
         assert m.integral[-1] @ m.points**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
     assert abs(m.integral[-1] @ m.points**15 - 1 / 16) > 1e-10
-    # Modes: the inverse consists of blocks of two by two.
+    # In the coordinates of its modes, the inverse matrix consists of blocks of two by two.
     blocks = m.to_modes @ np.linalg.inv(m.integral) @ m.from_modes
     re, im = np.diag(m.eigenvalues.real), np.diag(m.eigenvalues.imag)
     assert np.abs(blocks - np.block([[re, -im], [im, re]])).max() < 1e-9
-    # Series of a polynomial without a constant part at the start.
+    # The series follows from the increments since the start, which have no constant part.
     x = 2 * m.points - 1
     increments = np.polynomial.chebyshev.chebval(x, [1, 0, -1, 0, 0, 0, 0, 0.5, 0.5])
     assert m.series @ increments == pytest.approx([0, -1, 0, 0, 0, 0, 0.5, 0.5], abs=1e-14)

@@ -228,7 +228,8 @@ def test_a_derivative_that_is_not_known_well_enough_is_refused(motions):
             )
             for wide in (1, 2)
         )
-        # A quarter of the box from G itself, and a tenth or a fifth from each of five columns.
+        # G itself takes a quarter of the box. Each of five columns adds a tenth of the box
+        # (accepted) or a fifth (refused).
         limit_cycle._check_krawczyk(motions[0], rest, known, radius)
         with pytest.raises(NotCertifiedError, match="leaves the box"):
             limit_cycle._check_krawczyk(motions[0], rest, unknown, radius)

@@ -71,7 +71,7 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
         crossings = []
         for i, e in enumerate(events(run, (UPRIGHT,))):
             there = at.columns(e.time)
-            # The first maximum after the start leans to the left.
+            # The first maximum after the start is to the left, so every second maximum is mirrored.
             signs = MIRRORED if i % 2 == 0 else (1,) * 4
             crossings.append([s * float(there[c]) for s, c in zip(signs, COLUMNS, strict=True)])
         leans = [
@@ -80,7 +80,8 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
         ]
     away = np.linalg.norm(np.array(crossings) - upright, axis=1)
     rates = away[51:71] / away[50:70]
-    # The next multiplier is half as large: its part is below 1e-14 here, that of roundoff 1e-4.
+    # The next multiplier is half as large. Its relative contribution is below 1e-14 here, and that
+    # of roundoff is 1e-4.
     assert np.allclose(rates, -float(said["cycle"]["half-period multiplier 1"]), rtol=3e-4)
     assert leans[-1] == pytest.approx(float(said["cycle"]["largest roll angle [rad]"]), abs=1e-10)
     assert settled(bicycle, maneuvers[0]) == pytest.approx(upright, abs=1e-11)
@@ -133,7 +134,8 @@ def test_maneuver_3_falls_when_the_page_says(bicycle, maneuvers, said):
     event = follow(bicycle, maneuvers[2], "longdouble").event
     assert event.what == REAR_LIFT
     key = "lift-off, time [s]"
-    # Errors grow a hundred-millionfold until then: 1e-8 in binary64, 1e-11 in long double.
+    # Until the lift-off, errors grow by a factor of 1e8: to 1e-8 in binary64, and to 1e-11 in long
+    # double.
     assert float(event.time) == pytest.approx(float(said["fall"][key]), abs=3e-10)
 
 

@@ -68,7 +68,7 @@ def write(path, names, rows, separator=",", quote=""):
 
 
 HEADINGS = [
-    # Heading and factor of the written times; the expected result is that of `score`.
+    # Heading and factor of the written times. The expected result is the one of `score`.
     ("t [ms]", 1000.0), ("time [s]", 1.0), ("time", 1.0), ("t", 1.0), ("t [min]", 1 / 60),
     ("time_ms", 1000.0), ("seconds", 1.0), ("timestamp [ns]", 1e9),
 ]  # fmt: skip
@@ -156,6 +156,6 @@ def test_the_plugin_passes_what_is_right(game, reference, tmp_path):
         assert is_passed or not report.is_right, file.name
         assert not is_passed or file_grade(report) in (Grade.RIGHT, Grade.UNTOLD), file.name
         counts[is_passed] += 1
-    # No wrong file passes, whatever it leaves out.
+    # No wrong file passes, even if it leaves out columns or rows.
     assert counts[False] > 0
     assert (counts[True] > 0) == (game == "honest")

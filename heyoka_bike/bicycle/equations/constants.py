@@ -123,7 +123,7 @@ def constants_of(
         i11 = ixx * c * c - 2 * ixz * s * c + izz * s * s
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
-        # With all mass on a line along the axis, i33 is zero, and then i13 is zero too.
+        # If all mass lies on a line along the axis, both i33 and i13 are zero.
         on_axis = value_of(zz) == value_of(xz) == 0 and (value_of(xx) == 0 or is_vertical)
         skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
-_LARGEST_GAP = 1e-12  # [m], about a thousand times the roundoff of a height
+# [m], maximum distance of the front wheel from the floor that counts as contact: about a thousand
+# times the roundoff.
+_LARGEST_GAP = 1e-12
 
 
 def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:

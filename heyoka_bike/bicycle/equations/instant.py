@@ -27,7 +27,7 @@ from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
 
 Quantities = Mapping[str, Number]
 
-_ROOTS = 1e-50  # maximum width of the eigenvalues
+_ROOTS = 1e-50  # maximum width of the enclosures of the eigenvalues
 
 
 @dataclass(frozen=True, slots=True)

@@ -165,7 +165,8 @@ def _accelerations(
     def extra(row: MatrixRow) -> Number:
         return row[1] * basis.w1_rate + row[2] * basis.w3_rate
 
-    # Rows: each dependent speed as a function of the independent speeds.
+    # Each of these rows contains the coefficients of a dependent speed in terms of the independent
+    # speeds.
     q, x_f, y_f = dependent(o.q), dependent(o.x_f), dependent(o.y_f)
     w1_f = _row(lambda i: o.c * w1[i] + o.s * q[i])
     q_f = _row(lambda i: o.c * q[i] - o.s * w1[i])
@@ -175,12 +176,12 @@ def _accelerations(
     side = _row(lambda i: a.sum([y_f[i], k.lever3 * w3_f[i], -k.lever1 * w1_f[i]]))
     zeta = _row(lambda i: w3_f[i] + front.skew * w1_f[i])
     eta = _row(lambda i: v_f[i] + shift * q_f[i])
-    # Masses of w1_f and q_f after the squares of side, zeta and eta are split off. Since w1_f^2 +
-    # q_f^2 = w1^2 + q^2, their common part is counted at w1 and q of the rear.
+    # Masses that remain at w1_f and q_f when the squares of side, zeta and eta are split off. Since
+    # w1_f^2 + q_f^2 = w1^2 + q^2, their common part is counted at the rear speeds w1 and q.
     shared = front.rest
     q_f_mass = (front.mass_q - shared) - shift * height_f
 
-    # Rates at constant independent speeds.
+    # Time derivatives of the dependent speeds if the independent speeds are constant.
     q_extra = extra(o.q)
     q_rate = rates.q + q_extra
     w1_f_rate = a.sum([rates.w1_f, o.c * basis.w1_rate, o.s * q_extra])
@@ -189,7 +190,7 @@ def _accelerations(
     v_f_rate = rates.v_f + (extra(o.x_f) + k.d2 * q_f_extra) / o.cb_f
     y_f_rate = rates.lateral + extra(o.y_f)
 
-    # Forces of both assemblies.
+    # Forces on the rear assembly, then on the front assembly.
     height = rear.m * (rear.l3 * o.cb - rear.l1 * o.sb)
     ahead = rear.m * (rear.l1 * o.cb + rear.l3 * o.sb)
     arm1, arm3 = rear.r * o.cb - rear.l3, rear.r * o.sb + rear.l1
@@ -217,7 +218,7 @@ def _accelerations(
     on_w1_f = a.sum([f_f.w1, -front.skew * f_f.w3, shared * w1_f_rate])
     on_q_f = a.sum([f_f.q, -(shift * f_f.v), (q_f_mass + shared) * q_f_rate])
 
-    # Sums of the coefficients at v, w1, w3 and q.
+    # Mass coefficients of w1 and w3, and the total forces on v, w1, w3 and q.
     m11 = rear.m * (arm1 * arm1) + rear.i11
     m13 = rear.m * (arm1 * arm3) + rear.i13
     m33 = rear.m * (arm3 * arm3) + rear.i33

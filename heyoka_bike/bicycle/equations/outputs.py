@@ -85,7 +85,8 @@ def columns(
     pitch_dot = u.q - u.nu
     hub_y = k.rear.r * u.p
 
-    # R = Rx(first) Ry Rz: the frame's z axis is (., -sin(first), cos(first)) up to a factor.
+    # Because R = Rx(first) Ry Rz, the y and z components of the frame's z axis are in the ratio of
+    # -sin(first) to cos(first).
     num = c_yaw * sp * c_pitch - s_yaw * s_pitch
     num_dot = (
         u.p * c_yaw * cp * c_pitch
@@ -97,7 +98,8 @@ def columns(
 
     (a1, a2, a3), (b1, b2, b3) = _centre_velocity(k, o, u)
     rear_m, front_m = k.rear.m, k.front.m
-    # Front centre of mass in the rear assembly's frame, then the weighted mean.
+    # Mean of the velocities of the two centres of mass, weighted by mass, in the axes of the rear
+    # assembly.
     mean = (
         rear_m * a1 + front_m * (o.c * b1 - o.s * b2),
         rear_m * a2 + front_m * (o.s * b1 + o.c * b2),

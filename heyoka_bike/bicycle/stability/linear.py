@@ -193,7 +193,8 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
             "expected mass or inertia that resists both"
         )
     mass = np.array([[m11, m12], [m12, m22]], dtype=object)
-    # The derivatives by the angles are linear in g and in v^2, those by the rates linear in v.
+    # The derivatives with respect to the angles are linear in g and in v^2; those with respect to
+    # the rates are linear in v.
     weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
     motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
     return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
@@ -214,7 +215,7 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
 
 
 def _working_bits(digits: int) -> int:
-    # A double eigenvalue has half as many digits as the matrices.
+    # A double eigenvalue is accurate to only half as many digits as the matrices.
     return ceil((2 * (digits + _GUARD_DIGITS) + _GUARD_DIGITS) * log2(10))
 
 
@@ -271,7 +272,7 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
         return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
 
     c, d = (mixed(m, k0), mixed(m, k2) + det(c1)), (mixed(c1, k0), mixed(c1, k2))
-    # The first column of K2 is zero, and so is its determinant.
+    # The first column of K2 is zero, so det(K2) is zero, too.
     return det(m), mixed(m, c1), c, d, (det(k0), mixed(k0, k2))
 
 
@@ -346,7 +347,8 @@ def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix,
     w, c = p["w"], p["c"]
     sin, cos = a.sin(p["lam"]), a.cos(p["lam"])
 
-    # Total: m_T x_T and m_T z_T, and the inertia about the rear contact point.
+    # Sums over all bodies: the first moments m_T x_T and m_T z_T, and the inertia about the rear
+    # contact point.
     front_x = p["mH"] * p["xH"] + p["mF"] * w
     front_z = p["mH"] * p["zH"] - p["mF"] * p["rF"]
     total_x = p["mB"] * p["xB"] + front_x
@@ -367,8 +369,8 @@ def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix,
         + (p["mH"] * p["xH"] * p["xH"] + p["mF"] * w * w)
     )
 
-    # Front assembly A: its inertia about the steer axis, from the distance u of each body ahead of
-    # the axis.
+    # Inertia of the front assembly A about the steer axis, from the distance u of each body ahead
+    # of the axis.
     u_h = (p["xH"] - w - c) * cos - p["zH"] * sin
     u_f = p["rF"] * sin - c * cos
     moment = p["mH"] * u_h + p["mF"] * u_f

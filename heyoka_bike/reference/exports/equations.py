@@ -41,7 +41,7 @@ from heyoka_bike.version import __version__
 _BITS_OF_CONSTANTS = 200
 
 _Numbers = Sequence[Number]
-# Name, description, and the arguments of `Language.function`.
+# Name of a function, its description, and the arguments of `Language.function`.
 _Function = tuple[Any, ...]
 
 
@@ -153,7 +153,7 @@ def render(
     for name, says, *what in _functions(bicycle, maneuvers, is_descriptor=file.is_descriptor):
         says = commented(wrapped([says]), file.mark)
         text = file.language.function(file.named.format(name=name, stem=stem), *what)
-        if re.search(rf"\b{stem}\b", text, re.IGNORECASE):  # Fortran ignores the case.
+        if re.search(rf"\b{stem}\b", text, re.IGNORECASE):  # Fortran ignores the case of names
             raise InputError(
                 f"--output: {quoted(stem)} is a name in the code itself, expected another name of "
                 "a module"

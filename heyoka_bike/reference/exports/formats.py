@@ -42,8 +42,8 @@ AXES = (
 )
 
 _WIDTH_OF_COMMENTS = 96
-_DIGITS_OF_COMMENTS = 17  # for values that no decimal equals
-_NAME_OF_MATLAB = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
+_DIGITS_OF_COMMENTS = 17  # digits shown of a value that no decimal equals
+_NAME_OF_MATLAB = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # at most namelengthmax = 63 characters
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,12 +224,12 @@ DIGITS = {
 }
 """Meaning of the values in CSV, by their number of digits."""
 
-# Digits of a time without an exact decimal, as in the reference's text files.
+# Number of digits written for a time that no decimal equals, as in the reference's text files.
 _TIME_DIGITS = 50
 
 _FILTERS: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
-# Names of ACDD-1.3 for the kinds of variables.
+# Names that ACDD-1.3 gives to the kinds of variables.
 _COORDINATE_TYPE, _VALUE, _REST = "coordinate", "modelResult", "auxiliaryInformation"
 
 

@@ -33,7 +33,8 @@ _BITS = 200
 _DIGITS = 17
 
 _CAMERAS = (
-    # Name, place, and the axes to the right and up in the picture.
+    # Fields of a camera: the name, the position, and the axes that point to the right and up in the
+    # picture.
     ("follow", "-1.7 -2.2 1.5", "0.707 -0.707 0", "0.166 0.166 0.972"),
     ("side", "0.5 -3 0.9", "1 0 0", "0 0 1"),
     ("behind", "-2.6 0 0.9", "0 -1 0", "0 0 1"),
@@ -45,10 +46,11 @@ _MJCF_LIGHT = (
 )
 STEP = "0.001"
 """Time step in formats that state one [s]."""
-# Chosen by the measurements in docs/how-to/engines.md.
+# The measurements in docs/how-to/engines.md led to these settings.
 _MJCF_STEPS = f'timestep="{STEP}" integrator="implicit" cone="elliptic" impratio="10"'
 # MuJoCo raises the time constant of a contact (the first number of solref) to at least two steps,
-# whatever the step is. Because of the priority it uses the settings of the wheel, not of the floor.
+# for any length of the step. Because of the priority, MuJoCo uses the wheel's settings instead of
+# the floor's.
 _MJCF_CONTACT = 'priority="1" friction="1" solref="1e-5 1"'
 _SDF_FRICTION = "<surface><friction><ode><mu>1</mu><mu2>1</mu2></ode></friction></surface>"
 _SDF_SUN = (
@@ -362,7 +364,7 @@ def _urdf(model: _Model) -> Iterator[str]:
 
 def _sdf(model: _Model) -> Iterator[str]:
     tree = model.tree
-    # The newest version from which both DART and sdformat read gravity. DART reads it only in
+    # Version 1.5 is the newest that both DART and sdformat read gravity from. DART reads it only in
     # <physics>, where later versions forbid it; readers of later versions move it to the world.
     yield '<sdf version="1.5">'
     yield '  <world name="uncontrolled_bicycle">'

@@ -19,7 +19,7 @@ _GYRATION = 1e-3
 _MARGIN = 1e-9
 """Relative excess of the sum of the two smaller moments over the largest. Engines add the moments
 in binary64, where a sum without excess could be rounded down."""
-_ROUNDOFF = 1e-12  # relative
+_ROUNDOFF = 1e-12  # maximum relative error that counts as roundoff
 _DIGITS = 12
 
 
@@ -40,7 +40,7 @@ def nearest_solid(bicycle: Bicycle) -> tuple[Bicycle, list[str]]:
         xx, yy, zz, xz = symbols
         old = {s: float(bicycle[s]) for s in (*symbols, m) if s in bicycle.values}
         mass = max(old[m], _MASS)
-        # A wheel has no zz, which equals its xx, and no xz.
+        # A wheel has neither a zz, which would equal its xx, nor an xz.
         given = (old[xx], old[yy], old.get(zz, old[xx]), old.get(xz, 0.0))
         found = _nearest(given, mass * _GYRATION**2)
         new = dict(zip(symbols, found, strict=True)) | {m: mass}
@@ -61,7 +61,8 @@ def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple
         moments = [x + lacking / 3 * (-1 if i == largest else 1) for i, x in enumerate(moments)]
     if moments == given:
         return elements
-    # The axes in the plane of symmetry are fixed, so half the difference of the moments is scaled.
+    # The directions of the axes in the plane of symmetry are fixed, so half the difference of the
+    # two moments is scaled.
     shift = (moments[0] + moments[1]) / 2 - mean
     new_half = (moments[1] - moments[0]) / 2
     excess = (new_half - half) / half if abs(new_half - half) > _ROUNDOFF * half else 0.0

@@ -15,15 +15,15 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.bicycle.shapes import Point, Solid, shape
 
 _LINKS = {"rear": "B", "front": "H"}
-_SEGMENTS = 24  # cylinders of a tyre
+_SEGMENTS = 24  # number of straight cylinders that form a tyre
 _TYRE = 0.017
 """Radius of a tyre's cross-section [m], reduced to an eighth of the wheel's radius if that is less.
 The other dimensions of the wheel are reduced by the same factor."""
-_SPOKES = 6  # each from rim to rim
-_SPOKE, _MARK, _HUB = 0.0025, 0.011, 0.022  # radii [m]
-# Angle of the first spoke [rad]. Its coloured marks show how the wheel turns.
+_SPOKES = 6  # number of spokes, each from rim to rim
+_SPOKE, _MARK, _HUB = 0.0025, 0.011, 0.022  # radii of a spoke, of a mark on it, and of the hub [m]
+# Angle of the first spoke [rad]. The coloured marks on this spoke show how the wheel turns.
 _MARK_ANGLE = 0.17
-_MARK_SPAN = (0.55, 0.8)  # ends of a mark, in wheel radii
+_MARK_SPAN = (0.55, 0.8)  # distances of the ends of a mark from the hub, in wheel radii
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +97,8 @@ def _wheel(link: str, radius: float) -> Iterator[Primitive]:
     """Yield tyre, spokes, marks and hub of a wheel that turns about the y axis at the origin."""
     tyre = min(_TYRE, radius / 8)
     scale = tyre / _TYRE
-    # The corners of the polygon are as far outside of the tyre's centre line as the middles of its
-    # sides are inside.
+    # The corners of the polygon lie as far outside of the tyre's centre line as the middles of its
+    # sides lie inside.
     rim = (radius - tyre) * 2 / (1 + cos(pi / _SEGMENTS))
 
     def at(angle: float, distance: float) -> Point:

@@ -50,7 +50,7 @@ DEPTH = 6
 
 _BITS_OF_ARCS = 64
 _FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
-# Arcs of the half circle, in units of pi.
+# Ends of the arcs of the half circle, in units of pi.
 _HALF_CIRCLE = [
     (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
 ]
@@ -205,7 +205,8 @@ def _values(
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
         slopes = [_slope_bound(row, radius) for row in rows]
-        # Real polynomials take conjugate values at conjugate points, so half a circle is enough.
+        # Real polynomials have complex conjugate values at conjugate points, so half of the circle
+        # is enough.
         arcs, biggest = _HALF_CIRCLE, list[flint.arb]()
         while arcs:
             a.start(len(arcs))

@@ -212,7 +212,7 @@ def document(
         "statement": statement,
         "inputs": inputs,
         "proved": proved(files, columns),
-        # A file is never published without a proof, so none is listed as only computed.
+        # Files are published only with a proof, so no file is listed as merely computed.
         "computed": {},
         "maneuvers": maneuvers,
         "trusted": list(TRUSTED),

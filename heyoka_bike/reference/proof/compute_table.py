@@ -244,7 +244,7 @@ def _compare(
         kept |= np.isnan(found) & np.isnan(right)
         if not kept.all():
             place = np.unravel_index(int(np.argmin(kept)), kept.shape)
-            # Count pieces from 1.
+            # Messages count pieces from 1, and rows from 0.
             at = ", ".join(str(i + (inside == "dense")) for i in place)
             raise NotCertifiedError(
                 f"{where} {at}: published {float(found[place])!r}, proved {float(right[place])!r}"

@@ -77,7 +77,7 @@ from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 
-_BITS_OF_DENSE_TAIL = 97  # last coefficients below 2^-97 = 6e-30 of the scale
+_BITS_OF_DENSE_TAIL = 97  # the last coefficients are below 2^-97 = 6e-30 of the scale
 _BITS_OF_COEFFICIENTS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
@@ -125,7 +125,7 @@ def interpolate(
             breaks.append(b)
             rows.append(_on_grid(coefficients, grids, names))
             progress(float(b))
-    table = np.array(rows, dtype=np.float64)  # piece, column, order, hi or lo
+    table = np.array(rows, dtype=np.float64)  # axes: piece, column, order, and high or low part
     return Dense(
         breaks=np.array([float(t) for t in breaks]),
         hi={name: np.ascontiguousarray(table[:, i, :, 0]) for i, name in enumerate(names)},
@@ -182,7 +182,8 @@ def _on_grid(
             scaled = c * flint.arb(2) ** grid
             n = (scaled + flint.arb(0.5)).floor()
             if n.unique_fmpz() is None:
-                # Either neighbour will do: the published value gets its bound afterwards.
+                # Choose either of the two neighbouring integers. The bound of the published value
+                # is computed afterwards, so it covers this choice.
                 n = (scaled.mid() + flint.arb(0.5)).floor().mid()
             pairs.append(hi_lo(Enclosure.of(dyadic(n) / Fraction(2) ** grid), name))
         out.append(pairs)
@@ -215,7 +216,8 @@ def bound_columns(
     if constant.keys() >= set(names):
         return bound_dense(run, (), dense, names, constant)
     try:
-        # On a circle an energy or an angle is as analytic as the rates are.
+        # On a circle around a piece, energies and angles are analytic because the rates are
+        # analytic there.
         along = list(expansions(run, Equations.every_column, certificate.along(run)))
         return bound_dense(run, along, dense, names, constant)
     except NotCertifiedError:
@@ -317,7 +319,8 @@ class _Expanding:
         a = Samples.of(BITS, ceil(_REMAINDER_BITS / log2(circle.radius)), circle.radius)
         with a.precision():
             values = a.coefficients(self.function(self.at_points.over(a), piece.samples(a)))
-            # The omitted Taylor terms, and the distance of the exact motion from the candidate.
+            # Bound on the omitted Taylor terms plus the distance of the exact motion from the
+            # candidate.
             rest = a.left_out + cauchy.moved(bounds, circle.rho)
             remainders = [(m * rest).upper() for m in circle.values]
         return Expansion(piece, list(map(flint.arb_poly, values)), remainders)
@@ -454,7 +457,8 @@ class _Integrator:
     def stretch(self, bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Stretch:
         """Return a piece with the integrals added to the state; a circle must work on it."""
         circle = cauchy.circle_bound(piece, rates_of_integrals, self.circles)
-        # Enough terms for Cauchy's estimate to be below the grid.
+        # Number of terms from which Cauchy's estimate is below the rounding unit of the
+        # coefficients.
         length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
         a = Samples.of(self.bits, length, circle.radius)
         with a.precision():

@@ -132,7 +132,7 @@ class Flow:
         size = size_about_middle if is_centred else _size
         size_y, size_v = size(y, weights), size(v, weights)
         eta = (defect_v * size_y + size_v * defect).upper()
-        # Y^-1 is (V Y)^-1 V, provided that V Y is close enough to 1 to have an inverse.
+        # Y^-1 = (V Y)^-1 V, provided that V Y is close enough to the identity to be invertible.
         size_inverse = size_v / (1 - eta) if eta < 1 else flint.arb.pos_inf()
         return cls(y, v, weights, defect, size_inverse, eta, size_y * size_v)
 
@@ -182,8 +182,8 @@ class Carried:
         size = weighted(forces, weights)
         kappa = flow.size_inverse * flow.defect
         inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
-        # Y(s) V(c) differs from Y(s) Y(c)^-1 by at most `one`. A product of two of these differs by
-        # twice `one` plus its square.
+        # `one` bounds the difference between Y(s) V(c) and Y(s) Y(c)^-1. The difference between
+        # products of two such factors is at most twice `one` plus its square.
         one = self.size_y * flow.size_inverse * flow.eta
         replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
         charge = self.size_y * inside + replaced * size
@@ -226,7 +226,8 @@ def enclose(trajectory: Trajectory, progress: OnTime | None = None) -> Certifica
         bounds.append(_fractions(sup))
         if progress is not None:
             progress(float(trajectory.breaks[i + 1]))
-    # The frame's corners may exceed the bound over the last piece, which is valid at its end too.
+    # The frame's corners may exceed the bound over the last piece. That bound is valid at the end
+    # of the piece, too, so the smaller of the two is used.
     with working_bits(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
@@ -266,7 +267,8 @@ class Prover:
         self.too_long = run.breaks[-1] * 2
         self.bits = run.grid + 64
         longest = max(len(row) for piece in run.pieces for row in piece)
-        # R^-L is below the grid of the candidate for every circle that is tried.
+        # R^-L is below the rounding unit 2^-grid of the candidate for the radius R of every circle
+        # that is tried.
         self.lengths = {
             radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2
             for radius in cauchy.RADII
@@ -293,7 +295,7 @@ class Prover:
         return [reduce(flint.arb.max, bounds) for bounds in parts], self.frame
 
     def _part(self, piece: Piece, depth: int) -> BallVector:
-        # Do not try again a length that was too long a moment ago.
+        # Do not try again a length that was too long for the previous piece.
         if depth < cauchy.DEPTH and piece.h >= self.too_long:
             raise cauchy.TooLongError
         try:
@@ -320,8 +322,8 @@ class Prover:
                 reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
                 if not reach < 0.5:
                     break
-                # Terms of f beyond the first order in e, on the line through p: Cauchy in one
-                # variable.
+                # Terms of f beyond the first order in e, on the line through p, from Cauchy's
+                # estimate in one variable.
                 beyond = [2 * step * m * reach**2 for m in near.values]
                 forces = [d + m for d, m in zip(delta, beyond, strict=True)]
                 sup, added = carried.bounds(forces)
@@ -386,7 +388,8 @@ class Prover:
             values = equations.rates_with_yaw(duals.variables(piece.samples(a)))
             slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
             rest = step * a.left_out
-            # The last column is that of the yaw, on which nothing depends.
+            # The last column contains the derivatives with respect to the yaw. They are zero,
+            # because no rate depends on the yaw.
             tail = flint.arb_mat(
                 [[*((rest * f / x).upper() for x in rim.rho[:-1]), 0] for f in rim.values]
             )

@@ -48,7 +48,7 @@ from heyoka_bike.reference.values import RoundedRows, Values
 
 _RING = flint.fmpz_mpoly_ctx.get([("t", 5)], flint.Ordering.lex)
 _ONE_POLYNOMIAL = _RING.constant(1)
-# Stands for a pitch that is not known exactly.
+# Stands for a pitch that is not known as an exact number.
 _SOME_NUMBER = Exact(Fraction(1), Fraction(1))
 
 
@@ -84,7 +84,7 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     o, u = equations.unfold(state)
     u = u._replace(p=roll_rate)
     if roll_rate.is_zero and steer_rate.is_zero:
-        # The pitch rate, q - nu, is zero.
+        # The rate of the pitch, q - nu, is zero at the start.
         turn = next((x for x in (u.q, u.nu) if x.num is not None), a.unknown())
         u = u._replace(q=turn, nu=turn)
     values = columns(equations.k, a, o, u, roll, pitch, steer, zero)

@@ -125,7 +125,7 @@ class ColumnDerivatives:
             values.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
         self.values = flint.arb_mat(values)
         left_out, lebesgue = nodes.left_out(v.radius), nodes.lebesgue
-        # Bounds relative to rho: of the states on -1 <= u <= 1, and of those on the circle.
+        # Bounds on the states relative to rho: on the interval -1 <= u <= 1, and on the circle.
         sizes = flint.arb_mat([list(map(abs, m.entries())) for m in v.q])
         powers = flint.arb_mat([_powers(flint.arb(r), len(v.q)) for r in (1, v.radius)])
         near, rim = (
@@ -231,7 +231,7 @@ class Fitted:
             difference = (basis(x, ORDERS) * coefficients - part.values).transpose().tolist()
             unknowns = len(found) // len(part.rest)
             for i, column in enumerate(difference):
-                # The rest bounds the error of the derivatives at the nodes and in between.
+                # `rest` bounds the error of the derivatives at the nodes and between them.
                 lebesgue, rest = part.nodes.lebesgue, part.rest[i // unknowns]
                 bound = (largest(abs(e) for e in column) + rest) * lebesgue + rest
                 bound += part.between[i // unknowns]

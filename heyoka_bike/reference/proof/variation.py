@@ -302,8 +302,8 @@ class _Prover:
 
     def _whole(self, piece: Piece, bounds: Sequence[Fraction], smaller: int) -> Variation:
         """Return the derivatives over a piece; `smaller` divides the radii of constants."""
-        # The right half has a variable that is 0 in the middle and 1 at the end; here it starts at
-        # -1.
+        # The variable of the right half runs from 0 in the middle to 1 at the end. Here it runs
+        # from -1 to 1.
         _, centred = piece.halves()
         circle = cauchy.circle_bound(
             centred, partial(self._widened, smaller), self.circles, _RADII_OF_CIRCLES
@@ -341,12 +341,13 @@ class _Prover:
         size_y = size_about_middle(y, weights)
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
-        # The solution that starts where the previous piece ended.
+        # Solution of the variational equation that starts where the previous piece ended.
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)
         frame = self.frame.widened(_apart(value(q, minus), self.q))
-        # Gronwall bounds z from its size at -1; it changes by at most `drift`.
+        # Gronwall's inequality bounds z by its size at -1. Over the piece, z changes by at most
+        # `drift`.
         start = largest(x / w for x, w in zip(abs_times(back, frame.bound()), weights, strict=True))
         kappa = flow.size_inverse * defect
         push = flow.size_inverse * force
@@ -405,7 +406,7 @@ def _solution(
     p, left_over = solution(a, 0 * g[0], g)
     defect = _size(left_over, weights) + _size(g[-1], weights)
     sizes = [_size(x, weights) for x in p]
-    # Terms of the product of order len(a) - 1 and higher, which p' does not have.
+    # Terms of the product of order len(a) - 1 and higher, an order that p' does not reach.
     for j, x in enumerate(a):
         defect += norm(x, weights) * total(sizes[len(a) - 1 - j :])
     defect += norm(tail, weights) * total(sizes)

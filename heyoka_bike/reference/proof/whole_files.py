@@ -50,7 +50,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     if manifest.dataset_version != manifest_file.CUSTOM:
         # `certify_after` proves these files.
         others |= {*layout.AFTER_FILES}
-    # Lengths and texts do not matter here. Undecided entries are compared with the proof later.
+    # The structure that is compared here does not depend on the lengths and texts. Undecided
+    # entries are compared with the proof later.
     empty = np.empty(0)
     undecided = {c.name + hdf5.UNDECIDED: empty for c in (*COLUMNS, *MOTION_COLUMNS)}
 
@@ -66,7 +67,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     stated = {manifest_file.MANIFEST: manifest.inputs}
     try:
-        # First, because the certificate of an older dataset shows its age.
+        # Check the certificate first, because its error states that the dataset is of an older
+        # version.
         stated[layout.CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
         for name, built in layouts.items():
             if name not in raw:
@@ -86,7 +88,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
         raise DatasetError(f"{folder}: a file of the set cannot be read ({reason})") from None
     for name, other in stated.items():
-        # The file of states has no maneuvers among its inputs.
+        # The inputs of the file of states contain no maneuvers.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
@@ -148,7 +150,7 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     """Read certificate.json, and reject statements not proved for this many maneuvers."""
     name = layout.CERTIFICATE
     found = _json(files[name], name)
-    # The proofs decide later which of the two statements is right.
+    # Both statements are accepted here. The proofs decide later which of them is right.
     known = (STATEMENT_1_5_0, statement_of(is_decided=False))
     statement = found["statement"] if found.get("statement") in known else STATEMENT
     expected = document({}, files, [], statement=statement)

@@ -193,7 +193,8 @@ def text_50(x: StoredManeuver, tally: Tally) -> None:
     for name in BENCHMARK_COLUMNS:
         undecided = _undecided(rows, name)
         for i, token in enumerate(x.files[TEXT_50].columns[x.number, name]):
-            # The exact value lies anywhere between number - half and number + half.
+            # The written number is rounded: the exact value lies between number - half and number +
+            # half.
             number, half = Fraction(token), nearness(token)
             found, bound = _stored(rows, name, i), _bound(rows, name, i)
             low, high = (hi_lo(Enclosure.of(number + side * half), name) for side in (-1, 1))
@@ -253,7 +254,8 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
     equations = run.equations(Balls(run.grid + 64))
     with equations.precision():
         start = initial_state(equations, run.maneuver)
-        # The first state is rounded to the grid, in either direction if the ball does not decide.
+        # The first state is rounded to a multiple of 2^-grid. Both neighbours are accepted if the
+        # ball does not decide between them.
         unit = flint.arb(2) ** -run.grid
         for name, exact, row in zip(run.states, start, run.pieces[0], strict=True):
             off = abs(exact - row[0] * unit)
@@ -363,7 +365,8 @@ def identities(x: StoredManeuver, tally: Tally) -> None:
             for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
                 a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
                 found[f"{end} quaternion"] = a * a + sum(c * c for c in v) - 1
-                # The third component of the axle is the sine of the wheel's inclination.
+                # The third component of the axle's direction is the sine of the wheel's
+                # inclination.
                 axle = [at[f"{end}_frame_r{j}2"] for j in (1, 2, 3)]
                 arm = exact_ball(radius.rational) / (1 - axle[2] * axle[2]).sqrt()
                 down = [-axle[2] * axle[0], -axle[2] * axle[1], 1 - axle[2] * axle[2]]
@@ -393,7 +396,8 @@ def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
         ends = [flint.arb(-1), flint.arb(1)]
         before: list[flint.arb] = []
         for j, (a, b) in enumerate(pairwise(breaks)):
-            # A break belongs to the piece on its right, and the end to the last piece.
+            # A break between two pieces belongs to the piece on its right. The end of the run
+            # belongs to the last piece.
             is_last = j == len(breaks) - 2
             rows = [i for i, t in enumerate(times) if a <= t and (t < b or (is_last and t == b))]
             arguments = [exact_ball((2 * times[i] - a - b) / (b - a)) for i in rows]
@@ -435,7 +439,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
     }
     _same(tally, x, x.entry, expected)
     _same(tally, x, x.entry["dense_relative_bounds"], relative_bounds(x.reference))
-    # Certificates before 1.3.0 have no entry for the whole motion.
+    # Certificates before 1.3.0 have no entry for the file of the whole motion.
     if MOTION in x.files and (said := x.entry.get("motion")):
         _same(tally, x, said, {"entries": x.maneuver.rows * len(x.motion.columns)})
         _same(tally, x, {"ambiguous": 0} | said, {"ambiguous": x.motion.rows.ambiguous})
@@ -446,7 +450,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
 def integration(x: StoredManeuver, tally: Tally) -> None:
     """Check the energy and contact drift of the candidate against the certificate."""
     drift = evaluator(x.run).drift()
-    # Certificates before 2.0.0 do not state the drift.
+    # Certificates before 2.0.0 do not state the drift of the energy.
     said = x.entry.get("integration", {})
     entry = drift_entry(drift, x.run.bits)
     _same(tally, x, said, {key: y for key, y in entry.items() if key in said})
@@ -638,8 +642,8 @@ def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Ag
     seconds = time.perf_counter() - start
     bits = max(run.evaluation_bits, again.evaluation_bits)
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
-    # One bound for all times and states, because the steps (and maybe the states) of the two runs
-    # differ.
+    # The two runs have different steps, and maybe different states, so one bound is used for all
+    # times and states.
     worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))
     bounds = (worst,) * len(again.states)
     off_by = Certificate(again.states, (bounds,) * again.steps, bounds)

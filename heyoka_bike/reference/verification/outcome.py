@@ -141,9 +141,9 @@ class StoredManeuver:
     maneuver: Maneuver
     files: Mapping[str, Any]
 
-    # Rows and dense output, the whole motion, the candidate, the entry in certificate.json, and the
-    # stated bounds (the bound over the interval applies to every piece). Reading one of these
-    # attributes raises an error if its file is missing.
+    # Contents of the files of a maneuver: rows and dense output, the whole motion, the candidate,
+    # its entry in certificate.json, and the stated bounds (the bound over the interval applies to
+    # every piece). Reading one of these attributes raises an error if its file is missing.
     reference = _Content[ReferenceManeuver](HDF5)
     motion = _Content[ReferenceManeuver](MOTION)
     run = _Content[Trajectory](CANDIDATE)

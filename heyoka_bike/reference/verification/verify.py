@@ -53,11 +53,11 @@ from heyoka_bike.system.jobs import OnStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
-_BITS_OF_START = 128  # Precision of the check that the initial conditions can be reached.
+_BITS_OF_START = 128  # precision of the check that the initial conditions can be reached
 
 MEASURED: Mapping[str, str] = {
     "schema": "structure as in docs/files.md",
-    "content_sha256": "the hash is that of the numbers",
+    "content_sha256": "the recorded hash matches the numbers",
     "states": "every value is the binary64 nearest to the exact value, proved again",
     "row_zero": "times and rational values of row 0 are correctly rounded",
     "energy": "potential + kinetic = mechanical energy = constant, to {largest:.1e} of it",
@@ -233,7 +233,7 @@ def read_content(
             for number, content in file.read():
                 found[number - 1][kind] = content
         if check.passed and file.name == HDF5:
-            # The numbers are checked even if their hash is wrong.
+            # The numbers are checked even if the hash of the contents is wrong.
             differs = schema.content_differs
             checks.append(_structure("content_sha256", HDF5, differs, data, expected))
     parts = []
@@ -337,7 +337,7 @@ def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
         try:
             look(part, *tallies)
         except DAMAGE as e:
-            # Numbers that are wrong by many orders of magnitude can overflow.
+            # Numbers that are wrong by many orders of magnitude can overflow and raise an error.
             tally = Tally("numbers", tallies[0].file)
             what = f"{type(e).__name__}: {' '.join(str(e).split()):.200}"
             tally.fail(f"maneuver {part.number}: the numbers cannot be evaluated ({what})")
@@ -413,7 +413,7 @@ def check_files(
         raw = manifest_file.read_raw(folder)
         manifest = manifest_file.parse(raw, folder / MANIFEST)
     except DatasetError as e:
-        # A folder with this file is a dataset, even if its manifest is damaged.
+        # A folder that contains this file is a dataset, even if its manifest is damaged.
         if HDF5 not in present:
             raise DatasetError(str(e)) from None
         return None, {}, [Check("manifest", False, MANIFEST, str(e), {"values": 0})]

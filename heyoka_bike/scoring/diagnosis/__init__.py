@@ -3,6 +3,6 @@
 `explain` finds causes in two ways: from the residual of the exact equations along the file's own
 motion (`residual`), and by comparing the file (`seen_file`) with simulated programs that make usual
 mistakes (`mistakes`, `programs`). `search` lists the steps. Causes are compared by their odds
-(`odds`, `ranking`). `answers` returns them as evidence (`conclusions`); if no cause explains the error,
-`numerical` describes its shape.
+(`odds`, `ranking`). `answers` returns them as evidence (`conclusions`). If no cause explains the
+error, `numerical` describes its shape.
 """

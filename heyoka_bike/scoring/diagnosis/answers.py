@@ -43,7 +43,7 @@ from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
-# Key of the column that contains each initial value, by the name of the value.
+# Key of the column that contains each initial value, by the name of this value.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE_KEYS, strict=True)}
 
 
@@ -69,7 +69,8 @@ def answers(
         return (_linear(diagnosis.classes[0][0]), *units)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
-        # Do not report wrong initial conditions twice. A fall is reported after its cause.
+        # Do not report wrong initial conditions in addition to a cause that explains them. Report a
+        # fall after its cause.
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
@@ -80,10 +81,11 @@ def answers(
         return tuple(first)
     integrator = _integrator(diagnosis.causes)
     step = integrator.methods[0].step if integrator is not None else 0.0
-    # Report a soft contact only if it could be stiffer with the same step.
+    # Report a soft contact only if the program could have made it stiffer with the same step.
     yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
-        # The evidence below needs a complete search, which has excluded all other causes.
+        # The evidence that follows assumes that a complete search has excluded all other causes.
+        # This search is incomplete.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
@@ -96,7 +98,7 @@ def answers(
     whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
-        # The first rows of these columns are wrong output, not wrong initial conditions.
+        # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
     if whole is not None:
         return (*first, whole, nothing)
@@ -104,11 +106,11 @@ def answers(
     if falls:
         return (*forces, *first)
     shape = numerical.causes(report)
-    # If the columns are too far off, the residual of the equations means nothing either.
+    # If the columns are too far from the exact ones, the residual of the equations has no meaning.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
     described = tuple(_described(diagnosis.causes)) if is_told else ()
     if has_right_digits(nothing.max_rel_error):
-        # In a file that is right, an integrator's error needs no explanation.
+        # If the file is right, the small error of the integrator needs no explanation.
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
@@ -136,7 +138,8 @@ def is_right(report: Report) -> bool:
 def _linear(h: Hypothesis) -> LinearMotion:
     """Evidence that the motions are those of the linear equations, without another mistake."""
     unknown = tuple(dict.fromkeys(key for n, key in h.floors if (n, key) not in h.after))
-    # Energies of linear motions, if the file contains them, show less of the integrator.
+    # Energies of linear motions show less about the integrator than the lateral columns, so use the
+    # lateral columns if the file has any.
     lateral = {k: x for k, x in h.after.items() if k[1] in LATERAL} or h.after
     place, left = max(lateral.items(), key=lambda x: x[1])
     return LinearMotion(h, unknown, place, left)
@@ -246,7 +249,7 @@ def _written_as_given(x: FittedValue, report: Report) -> str:
 
 
 def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
-    # If errors are equal, take the last column by name.
+    # If several columns have the same error, take the one whose name is last.
     m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met

@@ -23,19 +23,20 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# Duration of the beginning, in which the bicycle is still nearly in its initial state [s], and
-# minimum number of rows in it after the first.
+# Duration of the beginning of a run, in which the bicycle is still nearly in its initial state [s],
+# and minimum number of rows in it after the first row.
 _BEGINNING, _FEWEST = 0.2, 4
-# An error that grows at least with this power of the time is not one of the initial conditions.
+# An error that grows at least with this power of the time does not come from the initial
+# conditions.
 _LEAST_POWER = 1.5
-# Highest power of the speed by which symmetric effects at the start may grow. Terms of the
-# equations have the square, and errors of integrators a few times this power.
+# Highest power of the initial speed with which the effects compared here may grow. Terms of the
+# equations grow with its square, and errors of integrators with a power a few times as high.
 _HIGHEST_POWER = 8
 # The fastest mode makes the power of the time in the error of an angle appear smaller, by up to
-# 1/2, until this mode has decayed. So a power is rounded up if it exceeds an integer by more than 1
-# minus this value.
+# 1/2, until this mode has decayed. Therefore a power is rounded up if it exceeds an integer by more
+# than 1 minus this value.
 _LESS = 0.75
-# Higher powers are reported as this one.
+# Highest power that is reported. Higher powers are reported as this power.
 _HIGHEST_REPORTED = 3
 
 
@@ -106,11 +107,12 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
         sorted(pair, key=lambda m: abs(_given(m, "roll_rate")))
         for pair in combinations(maneuvers, 2)
     ]
-    # Pairs of similar speed first: the effect of a force depends on the speed.
+    # Begin with pairs of maneuvers of similar speed, because the effect of a force depends on the
+    # speed.
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        # The roll rates must differ more than a power of the speeds could compensate.
+        # The roll rates must differ by more than a power of the speeds could compensate.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
@@ -143,7 +145,8 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
-        # A first power in one maneuver and a higher power in another is no clear evidence.
+        # A first power in one maneuver and a higher power in another maneuver are no clear
+        # evidence.
         if each and (min(each.values()) > 1 or max(each.values()) == 1):
             found[key] = min(each.values()), tuple(each)
     for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():

@@ -32,7 +32,7 @@ OVERRUN = 5.0
 """Processor time beyond the limit after which a diagnosis is interrupted [s]. It is interrupted
 again whenever it continues for this time."""
 
-_SECONDS_BETWEEN_LOOKS = 0.25  # [s]
+_SECONDS_BETWEEN_LOOKS = 0.25  # [s], time between two checks of the time limit
 
 
 class BudgetSpentError(Exception):
@@ -88,7 +88,7 @@ class Watch:
 
     def __enter__(self) -> None:
         if self._end < inf:
-            # RuntimeError: the system has no threads, or does not allow another one.
+            # start() raises RuntimeError if the system has no threads, or does not allow one more.
             with suppress(RuntimeError):
                 Thread(target=self._look, args=(get_ident(),), daemon=True).start()
 
@@ -104,7 +104,8 @@ class Watch:
             with suppress(BudgetSpentError), self._lock:
                 self._is_over.set()
                 if self._has_raised:
-                    # Cancel an exception that has not arrived yet. Otherwise it would arrive later.
+                    # Cancel an exception that was requested but has not been raised yet. Otherwise
+                    # it would be raised later.
                     _raise_in(get_ident(), None)
                 return
 

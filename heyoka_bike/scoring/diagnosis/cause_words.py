@@ -13,9 +13,10 @@ from heyoka_bike.scoring.grades import TOLERANCE
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 """Unit of each parameter, initial value and force."""
 
-# Uncertainties below this fraction of a value are not shown.
+# An uncertainty below this fraction of its value is not shown.
 _LEAST_UNCERTAINTY_SHOWN = 1e-6
-# A term is missing as a whole if its fraction found is this near to 1.
+# A term counts as wholly missing if the fitted missing fraction differs from 1 by at most this
+# much.
 _NEARLY_ALL = 0.02
 _INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
 _BODIES = {"B": "rear frame", "H": "fork"}
@@ -78,7 +79,8 @@ def _value_words(x: FittedValue) -> str:
     least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
     decimals = max(1, -floor(log10(least))) if least else 1
     after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
-    # Hide uncertainties as small as rounding, and those of values that hardly affect the error.
+    # Show no uncertainty that is as small as rounding, and none of a value that hardly affects the
+    # error.
     is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"

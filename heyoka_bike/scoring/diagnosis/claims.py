@@ -17,23 +17,26 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if the error that a cause leaves can be an integrator's error."""
-    # A simulated method needs no hidden value: the rows determine its step.
+    # For a simulated method no value is fitted that could hide the cause: the rows determine its
+    # step.
     is_mistake = any(
         m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
-    # If the equations do not show the causes, each of them must explain much.
+    # If the residual of the equations does not show the causes, each of them must explain most of
+    # the error.
     least = BY_FAR**h.count if is_hidden else THRESHOLDS.explained_factor
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several fitted values that include a force may fit an error that none of them causes.
+        # Several fitted values that include a force may fit an error that has none of these causes.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
         return True
     if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
-        # The residual was computed with other definitions, so it does not count here.
+        # The residual was computed with other definitions of the columns, so it does not count
+        # here.
         return True
     return not residual.leaves_force(residual.relief(h.mistakes))
 
@@ -55,9 +58,9 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
-    """Typical errors that a cause leaves, in scales, at places where they exceed the digits."""
-    # The energy does not count if programs compute it differently: with forces that store energy,
-    # and with a rotor instead of the wheel's own inertia.
+    """Return the typical errors (in scales) that a cause leaves and the digits do not explain."""
+    # The energy does not count where programs compute it differently: if forces store energy, and
+    # if a rotor replaces the wheel's own inertia.
     stores = any(x.name in FORCES and x.name not in WITHOUT_POTENTIAL for x in h.found)
     has_energy = not stores and OF_TENSORS.isdisjoint(h.codes)
     return {
@@ -88,14 +91,15 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
         return max(untouched, key=untouched.__getitem__)
     if h.relief < BY_FAR:
         return worst
-    # The cause may explain hardly anything of some column, in another maneuver for example.
+    # A cause that reduces the total error may still explain hardly any of the error of some column,
+    # for example in another maneuver.
     unexplained = {k: x for k, x in above.items() if x > TOLERANCE and h.before[k] < CLEARLY * x}
     if unexplained:
         return max(unexplained, key=unexplained.__getitem__)
     if residual is not None and residual.leaves_more(h.mistakes):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
-    # The relative errors of roll and steer columns of one motion may differ greatly.
+    # The relative errors of roll and steer columns of the same motion may differ greatly.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
     is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

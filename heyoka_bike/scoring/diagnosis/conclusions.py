@@ -38,12 +38,12 @@ _ABOUT_STARTS = (
     ". Where rolling does not allow a start, the nearest velocities in kinetic energy are taken, "
     "as an impulse of the constraint forces leaves them"
 )
-# Errors below this fraction of a column's size are not mentioned: six digits are right.
+# Errors below this fraction of a column's size are not mentioned, because six digits are right.
 _NEGLIGIBLE_ERROR = 1e-6
-# Fractions of the range of a variable at which the message on a torque gives values.
+# Fractions of a variable's range at which the message about a torque gives the torque.
 _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
-# The ratio `LeftOfEquations.above` up to which explicit methods explain a residual. It is 152 for
-# IDA, an implicit method that solves for the rates.
+# Maximum ratio `LeftOfEquations.above` for which explicit methods explain a residual. The ratio is
+# 152 for IDA, an implicit method that solves for the rates.
 _MAX_RATIO_OF_EXPLICIT = 3.0
 
 
@@ -141,7 +141,8 @@ class Explained(Evidence):
                 f"{share_words(share)}; with this, {factor:.1g} times less"
             )
         if self.rest is None and self.left:
-            # A larger error than this is seldom the integrator's: it would be visible in a plot.
+            # An integrator seldom makes an error larger than this, because it would be visible in a
+            # plot.
             other = ", or another cause" if self.left > TOLERANCE else ""
             said += (
                 f". What is left, typically {scale_words(self.left)}, is the integrator's error, "
@@ -221,7 +222,7 @@ class LikeliestUntilThen(Evidence):
     def message(self) -> str:
         h = self.hypothesis
         return (
-            f"The likeliest cause until then: {mistakes_words(h.mistakes)}. Simulated with this, "
+            f"The likeliest cause so far: {mistakes_words(h.mistakes)}. Simulated with this, "
             f"the error falls by a factor of {h.relief:.1g}"
         )
 
@@ -411,7 +412,7 @@ class ForceUnexplained(Evidence):
             "cause"
             if self.is_beside
             else "A force or a term is missing or too many, or constraints drift, slip or yield; "
-            "it is no cause that is known here"
+            "no known cause explains it"
         )
         said = (
             f"{what}. It acts most in the equation of {self.left.acts_in}: look there first. "
@@ -420,7 +421,8 @@ class ForceUnexplained(Evidence):
         )
         if self.is_end:
             said += (
-                ". Two mistakes at once were not tried: --thorough, in Python thorough=True, does"
+                ". Two mistakes at once were not tried: --thorough (in Python thorough=True) "
+                "tries them"
             )
         return said
 
@@ -556,7 +558,7 @@ class NothingWrong(Evidence):
     def _finding(self) -> Finding:
         which = f"{named(self.keys)}: each" if self.keys else "every column"
         if self.signs is None:
-            said = f"{which} is as right as the digits written can tell"
+            said = f"{which} is as exact as the digits written allow"
             return info("nothing_to_explain", said)
         signs = self.signs.finding()
         return replace(signs, message=f"{which} is right by itself, but {signs.message}")
@@ -591,7 +593,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
     """Say where a hypothesis leaves an error, and its size."""
     number, key = rest
     return (
-        f"Something else is there: {key} of maneuver {number} is still off, typically by "
+        f"There is something else: {key} of maneuver {number} is still off, typically by "
         f"{scale_words(h.after[rest])}"
     )
 

@@ -28,8 +28,10 @@ _PARTS = ("potential_energy", "kinetic_energy")
 _SUNK = (0.05, 0.12)
 """Interval in which a wheel has sunk into a soft floor, and roll errors are still small [s].
 MuJoCo's contact with its default settings comes to rest within 0.05 s."""
-_FEWEST_SUNK = 3  # minimum number of rows in this interval
-_ALIKE = 0.2  # largest relative spread of the energy over all maneuvers; MuJoCo's is 0.05
+_FEWEST_SUNK = 3  # minimum number of rows in the interval `_SUNK`
+# Largest relative spread of the energy over all maneuvers that counts as equal; with MuJoCo it is
+# 0.05.
+_ALIKE = 0.2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,7 +76,7 @@ class _Energy:
         back = float(np.min(np.diff(means) * np.sign(change)))
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
-        # A steady change has at most half of its size in one tenth of the run.
+        # If a change is steady, at most half of it happens in any tenth of the run.
         if float(np.max(np.abs(np.diff(means)))) > MEANINGLESS_ERROR * abs(change):
             return 0.0
         return change / self.size
@@ -98,7 +100,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     numbers, trends = tuple(known), tuple(x.trend for x in known.values())
     worst = max((c.error for m in report.maneuvers for c in m.columns), default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
-    # In a right file a change is the integrator's, and indicates no force.
+    # In a right file the integrator changes the energy, so the change indicates no force.
     is_right = has_right_digits(worst)
     if all(_is_kept(x) for x in known.values()):
         if not is_right:
@@ -126,7 +128,8 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
         first = {c.key: float(c.trace.reference[0]) for c in m.columns if c.values}
         if not first.get("forward_speed") or "kinetic_energy" not in first:
             return
-        # Because of the rotation of the wheels, this mass is 5 % larger than the bicycle's.
+        # The kinetic energy includes the rotation of the wheels, so this mass exceeds the bicycle's
+        # by 5 %.
         masses.append(2 * first["kinetic_energy"] / first["forward_speed"] ** 2)
         columns = [c for c in m.columns if c.key == "potential_energy" and c.values == m.rows > 1]
         for c in columns:

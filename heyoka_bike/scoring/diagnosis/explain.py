@@ -34,7 +34,7 @@ __all__ = ["Diagnosis", "Hypothesis", "explain"]
 FEWEST_ROWS = 3
 """Minimum number of rows. The first row is given, and the error of a second may have any size."""
 
-# Share of the progress bar for evaluating the equations along the file's motion.
+# Share of the progress bar for evaluating the equations of motion along the file's motion.
 _SHARE_OF_EQUATIONS = 0.3
 _MOTION = step_log.Step("motion", "does the file's motion satisfy the equations?")
 
@@ -117,7 +117,7 @@ def explain(
         rest = 1.0 - _SHARE_OF_EQUATIONS
         search.carry_out(steps, lambda share: progress(_SHARE_OF_EQUATIONS + rest * share))
     except BudgetSpentError:
-        # Continue with the hypotheses that were judged before the time limit.
+        # The time limit has been reached. Continue with the hypotheses that were judged before it.
         is_whole = False
     progress(1.0)
     classes = ranked(file, search.found, search.starts)

@@ -113,7 +113,8 @@ class Hypothesis:
         plausible = all(is_plausible(x.name, x.value) for x in self.found)
         if not self.reaches_the_end or not self.changed or not plausible:
             return float("-inf")
-        # Few rows have fewer independent values: the first is given, and one sets the error's size.
+        # In a file of few rows, the number of independent values is the number of rows minus two:
+        # the first row is given, and one value sets the size of the error.
         rows = [len(next(iter(columns.values()))) - 2 for columns in self.expected]
         share = min(1.0, max(rows, default=1000) / THRESHOLDS.independent_values)
         seen = share * log_ratio(self.before, self.after, self.changed)
@@ -152,7 +153,8 @@ class Hypothesis:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
-        # Changed columns that were much less wrong than the motion need no mistake of the output.
+        # If the changed columns were much less wrong than the columns of the motion, no mistake of
+        # the output is needed to explain them.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:

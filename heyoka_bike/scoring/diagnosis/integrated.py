@@ -41,16 +41,16 @@ from heyoka_bike.scoring.rows.edits import Columns
 CARRIED = 1e-12
 """Accuracy of a thousand propagated errors, relative to the size of the column; each adds 1e-13."""
 
-# Longest time over which an error is propagated by one step of RK4 [s]. The fastest mode of the
-# benchmark falls by e^-0.5 in this time, which one step computes to 3e-4.
+# Longest time over which one step of RK4 propagates an error [s]. The fastest mode of the benchmark
+# falls by e^-0.5 in this time, and one step computes this fall to 3e-4.
 _LONGEST = FASTEST_MODE / 2
-# Maximum number of rows of a maneuver at which errors are propagated; they are interpolated
-# linearly between these.
+# Maximum number of rows of a maneuver at which errors are propagated. Between these rows the errors
+# are interpolated linearly.
 ROWS_FOLLOWED = 2001
-# Maximum number of steps per row, or rows per step. With more, the error has the same shape.
+# Maximum number of steps per row, or rows per step. With more of them the error has the same shape.
 _MOST_STEPS = 10
-# Number of methods that are run from the start, and maximum number of evaluations of the equations
-# for each.
+# Number of methods that are run from the initial conditions, and maximum number of evaluations of
+# the equations for each method.
 _RUN, _EVALUATIONS = 3, 12000
 
 
@@ -194,7 +194,8 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     for fit in found:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
-        # Skip steps that do not fit the rows: no program interpolates its rows in this way.
+        # Skip a step of which the row distance is no multiple or fraction, because no program
+        # interpolates its rows in the way assumed here.
         if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method
@@ -252,7 +253,7 @@ def _fit(runs: Sequence[Run], method: FixedStep, steps: int, rows: int) -> _Fit:
             errors.append(written / run.sizes[name])
             terms.append(off[name] / run.sizes[name])
             floors.append(run.floors[name])
-    # If a method blows up, the squares of its errors overflow.
+    # If a method becomes unstable, the squares of its errors overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         made = blocks(errors, [t[:, None] for t in terms], floors)
     if not np.isfinite(made.products).all():

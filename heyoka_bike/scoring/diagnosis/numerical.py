@@ -33,17 +33,18 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
-# Smallest fraction of noise in an error that counts at all, and that counts as noise of iterations.
-# With Exudyn the fraction is below 2e-4 if the tolerance of iterations is tight, and above 5e-3 if
-# it is loose.
+# Smallest fraction of noise in an error that counts as noise, and that counts as noise of
+# iterations. With Exudyn the fraction is below 2e-4 if the tolerance of the iterations is tight,
+# and above 5e-3 if it is loose.
 _LEAST_NOISE = 1e-4
 _ITERATION_NOISE = 2e-3
-# Minimum correlation of the fourth differences of an alternating error: negative one row apart,
-# positive two rows apart.
+# Minimum size of the correlation of the fourth differences of an error that alternates from row to
+# row. The correlation is negative between rows one apart, and positive between rows two apart.
 _ALTERNATING_PART = 0.95
-# An error is noise as a whole if noise is more than this fraction of it.
+# An error counts as nothing but noise if noise is more than this fraction of it.
 _PART_OF_ROWS_ROUGH = 0.3
-# Number of parts of a run; the noise of the run is the median of the noise of its parts.
+# Number of parts of equal length of a run. The noise of the run is the median of the noise of its
+# parts.
 _PARTS_OF_RUN = 5
 
 
@@ -68,21 +69,22 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     if worst < ROUNDING:
         return (ErrorOfRounding(worst),)
     single = next(single_precision(report), None)
-    # Measured errors of runs in single precision: 1e-5 with steps of 0.01 s, 9e-5 with 0.001 s.
+    # Runs in single precision have errors of 1e-5 with steps of 0.01 s, and 9e-5 with steps of
+    # 0.001 s (measured).
     if single is not None and worst < TOLERANCE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE_KEYS if key not in there)
-    # A negligible error needs no explanation.
+    # A negligible error needs no explanation by noise.
     rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
-        # The error of a multistep method that changes its order also jumps, without iterations.
+        # When a multistep method changes its order, its error jumps even without iterations.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
-        # All of this may also be the error of an integrator.
+        # An integrator may also cause everything that was found.
         found = (*found, SmoothError(missing))
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
@@ -120,7 +122,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         yield StepRinging(tuple(ringing))
     elif 2 * len(in_rates) > len(numbers):
         yield IterationNoise(tuple(in_rates))
-    # The error of a multistep method that changes its order also jumps, but less than `TOLERANCE`.
+    # When a multistep method changes its order, its error jumps, but by less than `TOLERANCE`.
     elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
@@ -131,8 +133,8 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
         if rate is None or rate.shape.at_one >= 0 or rate.part < _ITERATION_NOISE:
             return False
-        # Noise of velocities hardly shows in the angles, which are their integrals. Noise of the
-        # output does.
+        # Noise of the velocities is hardly visible in the angles, because angles are integrals of
+        # velocities. Noise of the output is visible in both.
         if angle is not None and rate.part < CLEARLY * angle.part:
             return False
     return True

@@ -2,10 +2,10 @@
 
 A cause leaves a part of a file's error: the error of an integrator, and rounding to the digits
 written. The size of this remaining error is unknown. If its prior is 1 / size, and the error has n
-independent values in each maneuver, the likelihood of a cause is size^-n there. The odds of two
-causes are
+independent values in each maneuver, the likelihood of a cause is size^-n there. The odds of one
+cause against another are
 
-    product over the maneuvers of (error left by one / error left by the other)^n,
+    product over the maneuvers of (error left by the other / error left by the one)^n,
 
 times their prior odds. Each factor is a geometric mean over the columns in which the two causes
 differ. Before the file is examined, "none of these" is the likeliest. A mistake of the library is

@@ -46,7 +46,7 @@ from heyoka_bike.scoring.rows.column_faults import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored
 
-# Causes whose simulated run is drawn in the report.
+# Causes whose simulated run the report draws.
 _SHOWN = Explained | IntegratedBy | LinearMotion
 
 
@@ -151,7 +151,7 @@ class Pursuit:
         """Find the cause of the remaining errors by simulating the motions of programs."""
         report = self.view
         unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
-        # The error of a column with an unknown definition is no evidence about the program.
+        # If the definition of a column is unknown, its error is no evidence about the program.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
         found = self.of_columns(keys)
         if found.edit is not None:
@@ -169,7 +169,7 @@ class Pursuit:
             return found
         more = visible_faults.faults_in_other_columns(report, unknown)
         if any(isinstance(x, NothingWrong) for x in found.seen):
-            # Report wrong columns before those that are right.
+            # Report the columns that are wrong before those that are right.
             return replace(found, seen=(*more, _right(report, keys)))
         return replace(found, seen=(*found.seen, *more))
 
@@ -188,11 +188,12 @@ class Pursuit:
             return Answer(report, (NothingWrong(),))
         visible = visible_faults.shown(asked)
         if visible_faults.are_departures(visible, asked):
-            # Mistakes of the model or of the initial conditions would show from the start.
+            # A mistake of the model or of the initial conditions would be visible from the start of
+            # the run.
             return Answer(report, visible)
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
-        # If some columns show that the motion is right, the others are written wrongly.
+        # If some columns show that the motion is right, the other columns are written wrongly.
         only_output = only_output or visible_faults.columns_apart(asked) is not None
         found = explain(
             parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
@@ -201,7 +202,7 @@ class Pursuit:
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
         seen = answers(found, asked, visible)
-        # A search that was stopped may have found nothing.
+        # If the search was stopped early, it may have found no cause.
         first = next(iter(seen), None)
         cause = first if found.curves and isinstance(first, _SHOWN) else None
         if elsewhere is not None and not _is_of_starts(first):

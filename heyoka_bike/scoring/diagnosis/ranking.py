@@ -30,7 +30,8 @@ def ranked(
     for h in worth:
         if classes and (
             file.log_odds(classes[0][0], h) > THRESHOLDS.drop_log_odds
-            # The best hypothesis with a further cause added is not another answer.
+            # A hypothesis that adds a further cause to the best hypothesis is not a different
+            # answer.
             or classes[0][0].parts < h.parts
         ):
             continue
@@ -53,8 +54,8 @@ def _likelier(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Hypothes
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
-        # If the pair leaves an error, there is a further cause. Then each of the two must explain
-        # clearly more than nothing.
+        # If the pair leaves an error, there is a further cause. In that case each of the two must
+        # explain clearly more than nothing.
         least = 1.0 if h.is_exhaustive or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > THRESHOLDS.report_log_odds and h.gain > least * one.gain

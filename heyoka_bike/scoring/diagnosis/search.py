@@ -235,7 +235,8 @@ def _equations_are_not_enough(search: Search) -> bool:
     seen = search.residual
     if seen is None:
         return True
-    # If no cause explains a force in the equations, no value fitted to whole runs does.
+    # If no cause explains a force that the equations show, no value fitted to whole runs explains
+    # it.
     is_seen = seen.visibility is not Visibility.NOTHING
     return is_seen and not (seen.is_open or _tells_all(seen))
 
@@ -275,7 +276,7 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
     least = residual.log_odds - limits.drop_log_odds
     singles = [h for h in likeliest if len(h.mistakes) == 1]
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
-    # A mistake that hardly changes the equations is neither shown nor excluded by them.
+    # The equations neither show nor exclude a mistake that hardly changes them.
     relief = 1.0 / limits.min_pair_gain if residual.is_resolved else 0.0
     most = limits.max_unseen if residual.visibility is Visibility.NOTHING else limits.max_simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
@@ -292,17 +293,20 @@ def _values(file: FileUnderTest, residual: Residual) -> Iterator[Hypothesis]:
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
-        # Keep likely values with a small relief: whole runs show more than rows far apart.
+        # Keep likely values that reduce the residual only little: if the rows are far apart,
+        # simulations of whole runs show more than the residual.
         likely = [
             h
             for h in likely
             if h.relief > THRESHOLDS.explained_factor or h.log_odds > THRESHOLDS.report_log_odds
         ]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
-        # A force remains, or no motion is visible, so refining the values would be useless.
+        # Either a force remains unexplained or no motion is visible, so refining the values would
+        # be useless.
         yield from file.judged(h.mistakes for h in likely)
         return
-    # Whole runs also show a small value besides a large one, and other initial conditions.
+    # Simulations of whole runs also show a small value in addition to a large one, and wrong
+    # initial conditions.
     names = [*PARAMETERS, *_names_of_starts(file)]
     if likely:
         yield from _fitted(file, names, [h.mistakes[0] for h in likely])
@@ -319,11 +323,13 @@ def _of_whole_runs(file: FileUnderTest, counts: Collection[int]) -> Iterator[Hyp
     values are judged, too.
     """
     starts = _names_of_starts(file)
-    # The equations of roll and steer have already shown the values on which they depend.
+    # The equations of roll and steer have already been searched for the values that they contain,
+    # so those values need not be tried again.
     seen = file.residual
     names = [*UNKNOWNS, *starts]
     if seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open:
-        # Try values that mainly change the speed, and values that these equations only suggest.
+        # Try values that mainly change the speed, and values that the equations of roll and steer
+        # suggest but do not determine.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
@@ -347,7 +353,7 @@ def _fitted(
     return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
         names,
         lambda m: file.judged([(m,)]),
-        # Each of several values must reduce the error by the factor `BY_FAR`.
+        # If several values are fitted, each of them must reduce the error by the factor `BY_FAR`.
         lambda h: h.is_exhaustive or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
         counts=counts,
@@ -380,7 +386,7 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
     ]
     leaders = leaders[: THRESHOLDS.max_leaders]
     if file.has_one_speed:
-        # A linear program may contain another mistake.
+        # A linear program may contain a mistake in addition to being linear.
         leaders += [h for h in likeliest if h.codes == (LINEARISED_CODE,) and h not in leaders]
     asked: list[Causes] = []
     for leader in [] if any(h.is_exhaustive for h in found) else leaders:
@@ -413,7 +419,8 @@ def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
     }
     for n in file.maneuvers:
         values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
-        # Only the fitted maneuver counts: the error of the others does not change.
+        # Only the error of the fitted maneuver counts, because the errors of the other maneuvers do
+        # not change.
         found += [
             h
             for h in values
@@ -477,19 +484,19 @@ SEARCH = (
     ),
     Trial(
         "whole runs",
-        "which value do whole runs show?",
+        "which wrong value explains the errors of whole runs?",
         _asks_whole_runs,
         lambda search: _of_whole_runs(search.file, COUNTS[:1]),
     ),
     Trial(
         "library",
-        "which mistake of the model do whole runs show?",
+        "which mistake of the model explains the errors of whole runs?",
         lambda search: _goes_on(search) and _shows_no_motion(search),
         _by_library,
     ),
     Trial(
         "several values",
-        "which two or three values do whole runs show?",
+        "which two or three wrong values explain the errors of whole runs?",
         _asks_whole_runs,
         lambda search: _of_whole_runs(search.file, COUNTS[1:]),
     ),

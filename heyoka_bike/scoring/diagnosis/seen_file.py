@@ -43,10 +43,11 @@ _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
 ]
-# Minimum duration of the beginning of a run [s]: a few time constants of the slower decaying mode
-# of the upright bicycle at the start.
+# Minimum duration of the beginning of a run [s]. It is a few time constants of the more slowly
+# decaying mode of the upright bicycle at the initial speed.
 _BEGINNING = 1.0
-# Number of programs that are simulated together, limited by the processor's cache and the memory.
+# Maximum number of programs that are simulated together. The processor's cache and the memory limit
+# it.
 _PROGRAMS_AT_ONCE = 32
 
 _EDITED = step_log.Step("edited", "is a column also offset or scaled, besides a wrong value?")
@@ -91,7 +92,7 @@ class _SeenPart:
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Return the columns that a program writes for a simulated motion."""
         if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
-            # Programs define the energy stored by such a force in different ways.
+            # Programs define the energy that such a force stores in different ways.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         columns = program.written(columns, self.time)
@@ -156,7 +157,8 @@ class FileUnderTest:
         )
         self.edit: ColumnRatio | None = None
         self._asks_for_edit = asks_for_edit
-        # Meaningless motions give infinite or NaN residuals, without warnings.
+        # Motions without a meaning have infinite or NaN residuals. Suppress the warnings about
+        # them.
         with np.errstate(all="ignore"):
             self.residual = self._residual(library) if library else None
         self.has_one_speed = has_constant_speed(parts)
@@ -198,7 +200,7 @@ class FileUnderTest:
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
         if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
-            # The file has too few rows at the beginning: use all rows.
+            # The file has too few rows at the beginning, so use all of its rows.
             parts = [p.part for p in self._parts]
         begun = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
@@ -257,7 +259,7 @@ class FileUnderTest:
 
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
-        # The same factors as in `claims.explains`.
+        # These are the factors that `claims.explains` requires.
         needed = THRESHOLDS.explained_factor if shows_equations(self.residual) else BY_FAR
         return Fits(
             self.program, leaves, floors, len(parts), THRESHOLDS.run_exponent, split, needed
@@ -377,8 +379,8 @@ class FileUnderTest:
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
         """Return the errors left by a hypothesis, in the best explained column of each maneuver."""
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
-        # The places are pairs of maneuver and key. The best key of each maneuver comes last, so it
-        # remains in the dictionary.
+        # The places are pairs of maneuver and key. Later pairs replace earlier ones in the
+        # dictionary, so sorting by relief keeps the best key of each maneuver.
         best = dict(sorted(relief, key=relief.__getitem__))
         found = []
         for p, *expected in zip(self._parts, self.right.expected, h.expected, strict=True):
@@ -400,8 +402,9 @@ class FileUnderTest:
         taken: Understandings = {}
         parts = [p.part for p in self._parts]
         for i, understood in enumerate(readings(parts, self.right.understood)):
-            # Default definitions are tried if nothing explains the residual. Other signs are tried
-            # only if it shows a force, or no motion.
+            # The default definitions are tried if nothing explains the residual. Interpretations
+            # with other signs are tried only if an unexplained force remains in the equations, or
+            # if the file does not show the motion.
             if i > 1 and best is not None and best.visibility and not best.is_open:
                 break
             if understood in tried:

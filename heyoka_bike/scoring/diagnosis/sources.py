@@ -27,7 +27,7 @@ class Source(Step):
 
     Attributes
     ----------
-    look : Look
+    look : RowCheck
     """
 
     look: RowCheck
@@ -43,7 +43,7 @@ SOURCES = (
     Source("stopped", "do the last rows repeat one another?", stopped),
     Source("mirrored", "is a maneuver the exact motion to the other side?", mirrored),
     Source("exchanged", "are an angle and its rate exchanged?", exchanged_with_rate),
-    Source("differences", "is a rate a difference of its own angle?", own_differences),
+    Source("differences", "is a rate a finite difference of its own angle?", own_differences),
     Source("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
     Source("counted", "are the rows right at multiples of a step?", counted_rows),
     Source("one clock", "are the rows right if all times are scaled?", one_clock),

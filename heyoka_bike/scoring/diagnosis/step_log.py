@@ -10,7 +10,7 @@ from math import e, log10
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 
 _log = logging.getLogger(__name__)
-# Factor from natural to decimal logarithms.
+# Factor that converts natural to decimal logarithms.
 _DECADES = log10(e)
 
 

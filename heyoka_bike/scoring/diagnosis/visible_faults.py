@@ -39,20 +39,20 @@ from heyoka_bike.scoring.rows.table import whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
-# Rows are interpolated if more than this fraction is between others, in all but one of this many
-# parts of the run.
+# Rows count as interpolated if more than this fraction of them lie between rows that are right, in
+# all but one of this many parts of the run.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
-# Largest distance, in rows, from one right row to the next.
+# Largest distance between two successive right rows [rows].
 _MOST_BETWEEN = 200
-# An error that begins at the start grows more slowly than this power of the time.
+# The growth of an error that begins at the start of the run is at most this power of the time.
 _LARGEST_POWER = 20.0
 # Lean of a bicycle that lies on the floor [rad].
 _LEAN_OF_LYING = np.pi / 2
-# A fall begins with a lean below the first value, and the lean changes by less than the second
-# value from row to row [rad]. Noise changes it more.
+# A fall begins at a lean below the first value, and its lean changes from row to row by less than
+# the second value [rad]. Noise changes the lean by more.
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
-# If a part of the energy is wrong, so is the sum.
+# If a part of the energy is wrong, the sum is wrong, too.
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
@@ -86,7 +86,8 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         if not {"roll_angle", "potential_energy"} <= traces.keys():
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
-        # A low potential energy shows that the angle is not only in a wrong unit.
+        # A low potential energy shows that the bicycle really lies, so the large angle is not just
+        # in a wrong unit.
         low = height.value < MEANINGLESS_ERROR * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
@@ -136,7 +137,8 @@ def _right_rows(c: ColumnScore) -> int:
     error = np.abs(c.trace.error)
     if float(np.max(error)) <= TOLERANCE * c.scale:
         return 0
-    # The upper quartile is an error of the rows between, even if these are only half of all rows.
+    # The upper quartile is the error of a row between right rows, even if only half of all rows lie
+    # between.
     usual = float(np.quantile(error, 0.75))
     most = min(len(error) // MIN_ROWS_FOR_SHAPE, _MOST_BETWEEN)
     for every in range(2, most + 1):
@@ -154,26 +156,26 @@ def _flat(c: ColumnScore, order: int) -> float:
     tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
-    # Two rows at one time have no slope.
+    # The slope between two rows at the same time is not defined.
     with np.errstate(all="ignore"):
         found, right = (
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
             for x in (c.trace.value[rows], c.trace.reference[rows])
         )
-    # Values set to zero are not repeated rows.
+    # A column whose values are set to zero does not repeat its rows.
     is_zero = (c.trace.value[rows] == 0.0)[order:]
     moves = (right > CLEARLY * tiny) & ~is_zero
-    # With few digits many steps are equal. Otherwise the steps have different sizes.
+    # In a column of few digits many differences are equal. Elsewhere the differences vary in size.
     if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
-    # The changes must be far above the digits: a motion that hardly moves also seems to stand
-    # still.
+    # The changes must be far larger than a last digit, because a motion that hardly moves also
+    # seems to stand still.
     if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
         return 0.0
-    # One part of the run may differ: a motion that decays ends on a straight line.
+    # One part of the run may be an exception: a motion that decays ends on a straight line.
     parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
     return sorted(float(np.mean(x)) for x in parts)[1]
 
@@ -190,7 +192,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
     """Find maneuvers that are right up to some row, and soon after have errors 100 times larger."""
     for m in maneuvers:
         whole = whole_columns(m)
-        # If the motion is wrong, only columns with a single definition are certain.
+        # If the motion is wrong, only columns with a single definition can be compared.
         single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
         found = _departs(m, whole)
         if found is None and len(single) < len(whole):
@@ -212,7 +214,7 @@ def _departs(
     if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
-    # With a variable step the error may differ as much from one step to the next.
+    # With a variable step, the error may differ by this factor from one step to the next.
     is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
@@ -252,13 +254,15 @@ def _departure(off: Array, time: Array) -> tuple[int, int] | None:
     None if the error grows no faster than an error that begins at the start.
     """
     most = np.maximum.accumulate(off)
-    # For each row, the first row with an error larger than all errors so far by this factor.
+    # For each row, index of the first row whose error exceeds all errors up to this row by the
+    # factor `BY_FAR`.
     far = np.searchsorted(most, BY_FAR * most, side="right")
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for last in np.flatnonzero((far < len(off)) & (time > 0.0)):
             row = int(far[last])
             if np.log(most[row] / most[last]) > _LARGEST_POWER * np.log(time[row] / time[last]):
-                # Rows count as right while the error stays within `AS_GOOD` of its value so far.
+                # Rows count as right while the error is at most `AS_GOOD` times its largest value
+                # so far.
                 good = np.searchsorted(most, AS_GOOD * most[last], side="right") - 1
                 return int(good), row
     return None
@@ -269,10 +273,11 @@ def other_times(report: Report) -> OtherTimes | None:
     found, relief = {}, []
     for m in report.maneuvers:
         columns = whole_columns(m)
-        # If the energy is constant, its parts count as one column.
+        # If the energy is constant, the potential, kinetic and mechanical energy count as one
+        # column.
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
-        # In files of two correct programs other times leave a sixth of the error, in one maneuver a
-        # thirtieth.
+        # In files of two correct programs, the best other times leave a sixth of the error, and in
+        # one maneuver a thirtieth.
         count = len(columns) - max(len(energies) - 1, 0)
         if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
             return None
@@ -305,7 +310,7 @@ def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
     """Time by which each row is ahead [s], to second order, and the factor by which errors fall."""
     error = np.array([c.trace.error / c.scale for c in columns])
     right = np.array([c.trace.reference / c.scale for c in columns])
-    # Two rows at the same time have no slope, which gives NaN.
+    # The slope between two rows at the same time is not defined, and becomes NaN.
     with np.errstate(all="ignore"):
         slope = np.gradient(right, columns[0].trace.time, axis=1)
         bend = np.gradient(slope, columns[0].trace.time, axis=1)
@@ -323,7 +328,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             if c.key not in _GIVEN or not c.values or not c.is_known or c.trace.time[0] != 0.0:
                 continue
             given, here = float(c.trace.reference[0]), float(c.trace.value[0])
-            # A wrong motion does not show the definition of a column, so try all definitions.
+            # A wrong motion does not show how a column is defined, so try all definitions.
             meant = m.part.reference.definitions[c.key]
             starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
             off = min(abs(here - float(x[0])) for x in starts.values())
@@ -409,7 +414,7 @@ def _isolated_wrong_columns(
     """
     worst = max(c.error for c in columns.values())
     unit = next(iter(columns.values())).unit
-    # The number in every row, in maneuvers where the exact values vary.
+    # The number that a column repeats in every row of maneuvers in which the exact values vary.
     held = [float(c.trace.value[0]) for c in columns.values()
             if not np.ptp(c.trace.value) and np.ptp(c.trace.reference)]  # fmt: skip
     fit = scaled([*columns.values()])

@@ -83,9 +83,8 @@ class NoReference(Evidence):
 
     def message(self) -> str:
         lacks = f"no {self.lacks}" if self.lacks else "no such columns"
-        return (
-            f"{', '.join(self.keys)}: left out, because the reference in {self.folder} has {lacks}"
-        )
+        where = f"the reference in {self.folder}"
+        return f"{', '.join(self.keys)}: not compared, because {where} has {lacks}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}

@@ -46,7 +46,7 @@ class NotCompared(Evidence):
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # A quantity without a compared column is already missing from the count of compared
+        # A quantity without a compared column is already missing from the number of compared
         # columns.
         return (x for x in self.columns if x.key is None or x.key in compared)
 

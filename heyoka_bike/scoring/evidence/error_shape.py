@@ -215,7 +215,8 @@ class BeginsAs(Evidence):
                 "first rows"
             ),
             2: "a force or a term that acts from the first row on, or a wrong initial speed",
-            3: "a force or a term that is zero upright and straight, or one that sets in later",
+            3: "a force or a term that is zero while the bicycle is upright and straight, or one "
+            "that acts only later",
         }[self.order]
         many = len(self.keys) > 1
         return (

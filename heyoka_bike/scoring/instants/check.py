@@ -117,7 +117,7 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
         size = 1.0 if key == STATE_COLUMN else _factor(name, key, unit, si, path)
         is_finite = np.isfinite(column.values)
         values[key] = np.where(is_finite, column.values * size, np.nan)
-        # Half a step either way.
+        # A written number may differ from the computed one by half a unit of its last digit.
         uncertain[key] = np.where(is_finite, column.quantum.at(column.values) * size / 2, 0.0)
     left_out = tuple(name for name, meaning in zip(names, meant, strict=True) if meaning is None)
     return _with_states(InstantTable(path, None, values, uncertain, found, left_out), states)
@@ -157,7 +157,8 @@ def _meaning(name: str) -> tuple[str, str | None] | None:
     keys = {key.lower(): key for key in (STATE_COLUMN, *UNITS)}
     if plain in keys:
         return keys[plain], unit
-    # MATLAB's names have no brackets: the longest key that leaves a unit.
+    # MATLAB's names have no brackets. Find the longest key for which the rest of the name is a
+    # unit.
     for key in sorted(keys, key=len, reverse=True):
         if plain.startswith(f"{key}_") and key != STATE_COLUMN:
             ending = plain[len(key) + 1 :].replace("_per_", "/").replace("_", " ")
@@ -234,9 +235,11 @@ STATE_TOLERANCE = 1e-9
 """Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the
 equations here, and of none a hundred times that; a wrong digit of any parameter is more."""
 
-# Any parameter that acts on it explains one wrong value; the same one in many rows is no more.
+# Minimum number of distinct wrong values that a parameter must explain. Any parameter that affects
+# a single value can explain it, and repeating this value in many rows adds no evidence.
 _MIN_WRONG_VALUES = 2
-# No pitch puts the front wheel nearer to the floor than this [m].
+# Maximum distance of the front wheel from the floor that counts as contact [m]. If it is larger, no
+# pitch puts the wheel on the floor.
 _ON_THE_FLOOR = 1e-9
 
 _Quantities = Mapping[str, Array]
@@ -372,7 +375,9 @@ def _compared(
         if np.isnan(values).all():
             continue
         wrong, error = _is_wrong(table, c.name, right, tolerance)
-        # A small value that is written with all digits may be wrong where a larger error is none.
+        # A small value written with all of its digits may be wrong even if a larger error elsewhere
+        # is within the digits. So choose the largest error among the wrong values, if there are
+        # any.
         i = int(np.argmax(np.where(wrong, 1.0, 0.0) + error / (1 + error)))
         missing = int(np.isnan(values).sum())
         found.append(
@@ -413,12 +418,13 @@ def _explanations(
     def made(symbol: str, change: float) -> _Quantities:
         x = bicycle[symbol]
         moved = replace(x, rational=x.rational + Fraction(change))
-        # Not checked: what mistaken programs compute with need not make sense.
+        # The parameters are not checked, because a mistaken program may compute with values that
+        # have no meaning.
         mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
         return quantities_of_states(mistaken, given, is_linear=is_linear)
 
     def apart(one: _Quantities, other: _Quantities) -> Array:
-        # Where the table has no number, nothing is to be explained.
+        # A missing number of the table leaves nothing to explain.
         return np.concatenate(
             [np.nan_to_num((one[k] - other[k]) / (1 + np.abs(expected[k]))) for k in values]
         )
@@ -427,13 +433,15 @@ def _explanations(
     with np.errstate(all="ignore"):
         right = made("g", 0.0)
         for symbol, parameter in PARAMETERS.items():
-            # A bicycle without mass, say, has no linear equations.
+            # A bicycle with meaningless parameters, such as one without mass, has no linear
+            # equations.
             with suppress(BicycleError, ArithmeticError, ValueError):
                 change, now = 0.0, right
                 for _ in range(ROUNDS_OF_NEWTON):
                     slope = apart(made(symbol, change + SMALL_STEP), now) / SMALL_STEP
                     left = apart(values, now)
-                    # Most parameters do not act where the table is wrong.
+                    # Most parameters hardly affect the largest difference between the table and the
+                    # exact values. Skip them.
                     acts = abs(slope[np.argmax(np.abs(left))]) > SMALL_STEP * np.max(np.abs(slope))
                     if now is right and not acts:
                         break

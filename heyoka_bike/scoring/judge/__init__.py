@@ -43,7 +43,7 @@ RULES: tuple[Callable[[Report], Iterable[Evidence]], ...] = (
 
 def judged(report: Report) -> Report:
     """Add the evidence of every rule to a report."""
-    # If columns are exchanged, the other rules would judge the wrong quantities.
+    # If columns are exchanged, all rules but one would judge the wrong quantities.
     is_moved = any(isinstance(x, OtherOrder) for x in report.seen)
     rules = (names_not_understood,) if is_moved else RULES
     found = tuple(evidence for rule in rules for evidence in rule(report))

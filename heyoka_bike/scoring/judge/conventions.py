@@ -27,7 +27,7 @@ from heyoka_bike.scoring.scores import Alternative, ColumnScore, also_open, odds
 def conventions(report: Report) -> Iterator[Conventions]:
     """Yield all conventions of a file together; nothing if all are the default."""
     columns = {key: places[0][1] for key, places in report.by_column().items()}
-    # Signs that may be errors are no conventions.
+    # A sign that may be an error is not a convention.
     contradicted = {key for odd in odd_signs(report) for key in odd.keys}
     turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
     taken = {key: c.as_understood for key, c in columns.items()}

@@ -34,7 +34,8 @@ def energy_sum(
         return None, None
     traces = [columns[key].trace for key in keys]
     if has_rest:
-        # Values beyond binary64: the reference's energies add up, so the errors must, too.
+        # The values have more digits than binary64. The energies of the reference add up exactly,
+        # so the errors must add up, too.
         difference = traces[0].error + traces[1].error - traces[2].error
     else:
         total, rest = two_sum(traces[0].value, traces[1].value)
@@ -42,9 +43,10 @@ def energy_sum(
     floors = [columns[key].floor for key in keys]
     floor = None if None in floors else float(sum(f for f in floors if f is not None))
     if has_rest and floor is not None:
-        # The reference itself is accurate to 1e-31 of its scale, see the dense bounds.
+        # The reference is accurate to 1e-31 of its scale, see the bounds of the dense output.
         floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
-        # Errors are accurate to binary64, or to 1e-15 of the scale for more than `FEW` values.
+        # Errors are accurate to binary64. If there are more than `MAX_EXACT_VALUES` values, errors
+        # are accurate only to 1e-15 of the scale.
         floor += sum(1e-15 * float(np.max(np.abs(t.error))) for t in traces)
         if len(traces[0].time) * len(columns) > MAX_EXACT_VALUES:
             floor += sum(2e-15 * float(np.max(np.abs(t.value))) for t in traces)

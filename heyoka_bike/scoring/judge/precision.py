@@ -18,10 +18,11 @@ from heyoka_bike.scoring.scores import ColumnScore
 
 _BITS_OF_SINGLE = 24
 _ROWS_LOOKED_AT = 4000
-# Relative noise of single precision, least and most. Rounding to 24 bits causes 1.7e-8 to 3.4e-8
-# (root mean square); computing a value from several rounded ones causes a few times as much.
+# Smallest and largest relative noise of single precision. Rounding to 24 bits causes noise of
+# 1.7e-8 to 3.4e-8 (root mean square). Computing a value from several rounded ones causes a few
+# times as much.
 _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
-# Fraction of the columns that must have the noise for it to be reported.
+# Minimum fraction of the columns that must have this noise for single precision to be reported.
 _PART_OF_COLUMNS = 2 / 3
 
 
@@ -57,13 +58,14 @@ def _has_its_noise(c: ColumnScore) -> bool:
         return False
     found = roughness(c.trace.error[:_ROWS_LOOKED_AT])
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
-    # Rounding to the digits written may cause noise up to the floor.
+    # Rounding to the digits written may cause noise up to the rounding floor.
     if found.size <= (c.floor or 0.0) or not size:
         return False
     return found.is_white and _NOISE_OF_SINGLE[0] < found.size / size < _NOISE_OF_SINGLE[1]
 
 
-# Fewer digits than those of binary64 are reported if they limit the score.
+# Significant digits of binary64. If a file has fewer digits, and they limit the score, this is
+# reported.
 _DIGITS_OF_BINARY64 = 15
 
 

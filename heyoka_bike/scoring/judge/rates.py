@@ -72,7 +72,8 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    # An integrator's error changes rate and angle alike; finite differences as a rate do not.
+    # An integrator's error changes the rate and the angle in the same way. If the rate is a finite
+    # difference of the angle, its error does not appear in the angle.
     return found, found > max(MAX_ROUNDING_FLOORS * rounding, AS_GOOD * rms(slope))
 
 
@@ -83,7 +84,7 @@ def _distance_left_open(
     names = {c.definition: c.name for c in reference.definitions[rate.key]}
     angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)
-    # A dataset may contain an angle without its rate.
+    # A dataset may contain the column of an angle without the column of its rate.
     meant += [d for (_, d), of in DERIVATIVES.items() if of in angles and d in names]
     own = names[rate.as_understood.definition]
     rows = reference.approximate(reference.time, [own, *(names[d] for d in meant)])

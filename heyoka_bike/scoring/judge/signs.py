@@ -36,8 +36,8 @@ def _choices() -> dict[str, frozenset[str]]:
         "yaw": {"heading"}, "yaw_rate": {"heading"},
     }  # fmt: skip
     for end in _ENDS:
-        # A matrix whose columns are the frame's axes and whose determinant is one: the sign of the
-        # third axis follows from all others.
+        # The columns of this matrix are the frame's axes, and its determinant is one. So the sign
+        # of the third axis follows from the signs of all other axes.
         axes = {"x": {f"{end} x"}, "y": {f"{end} y"}}
         axes["z"] = {*axes["x"], *axes["y"], *_GROUND.values()}
         for i, row in enumerate("xyz", 1):
@@ -51,7 +51,7 @@ def _choices() -> dict[str, frozenset[str]]:
             found[f"{end}_axle_force_{row}"] = axes[row] ^ {f"{end} action"}
             found[f"{end}_axle_moment_{row}"] = axes[row] ^ {f"{end} action", "sense"}
         found[f"{end}_frame_q0"] = {f"{end} -q"}
-        # The rate is the derivative of the angle, apart from the pitch.
+        # The rate of the wheel is the derivative of its angle, apart from the rate of the pitch.
         found[f"{end}_wheel_angle"] = found[f"{end}_wheel_omega_y"] = {"rolling"}
         found[f"{end}_normal_force"] = {"up", "floor action"}
         found[f"{end}_longitudinal_force"] = {"along", "floor action"}

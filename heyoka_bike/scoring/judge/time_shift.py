@@ -19,16 +19,17 @@ from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
-# Step of the shifts that are tried first [s].
+# Step between the shifts of a first coarse search [s].
 _FIRST_STEP = FASTEST_MODE / 2
 # Largest error of columns that fit, relative to their rms: definitions of the roll angle differ by
-# 0.03. The shift must also clearly reduce the errors in each maneuver.
+# 0.03. In addition, the shift must clearly reduce the errors in each maneuver.
 _FITS = 0.05
-# Halvings of the golden section: from a hundredth of a second to a nanosecond.
+# Number of steps of the golden section search, which narrows the shift from a hundredth of a second
+# to a nanosecond.
 _ROUNDS_OF_GOLDEN_SECTION = 40
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
-# The shift is rounded to the fewest decimal places that fit nearly as well as the best shift: the
-# error may be larger by this factor.
+# The shift is rounded to the smallest number of decimal places with which the error is at most this
+# factor larger than with the best shift.
 _PLACES_TRIED = range(7)
 _AS_GOOD_AS_BEST = 1.1
 
@@ -52,7 +53,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
         return None
     longest = max(float(m.time[-1]) for m in motions)
     if longest <= 0.0:
-        # All rows are at the start, which fits any motion.
+        # All rows are at the start of the motion, where they fit any motion.
         return None
     grid = np.arange(-longest, longest, _FIRST_STEP)
     first = min(grid, key=lambda shift: _mean_error(motions, shift, exact=False))
@@ -62,7 +63,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     if abs(best) <= 1.5 * max(apart):
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
-    # With few columns, any fit looks too good, see `ratios`.
+    # With few columns, any fit seems good, see `ratios`.
     needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
@@ -77,7 +78,7 @@ def _some_rows(part: Part) -> Part | None:
     """Return some rows of the columns that show a shift; None if there are none."""
     if len(part.time) < 2:
         return None
-    # Speed and energies hardly vary: they show no shift.
+    # Speed and energies hardly vary, so they do not show a shift.
     some = part.at(spread(len(part.time), ROWS_COMPARED)).only(LATERAL)
     good = np.all([np.isfinite(x) for x in some.values.values()], axis=0)
     return some.at(good) if some.values and good.any() else None
@@ -106,7 +107,7 @@ def _relative_error(values: Array, expected: Array) -> float:
     if not size or not own:
         return np.inf
     in_degrees = factor("degree")[0]
-    # The factor from degrees holds for rates in degrees per second, too.
+    # The factor between degrees and radians also converts degrees per second to radians per second.
     unit = in_degrees if own > size / in_degrees**0.5 else 1.0
     sign = np.sign(np.dot(values / own, expected / size))
     return rms(sign * unit * values - expected) / size

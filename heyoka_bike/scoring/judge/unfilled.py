@@ -16,10 +16,12 @@ from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of
 
-# Columns that were never filled in if they are any constant; other columns, only if they are zero.
-# The linear equations have a constant speed, and a motion at rest has a constant angle.
+# Columns that count as never filled in if they have any constant value. Other columns count as
+# never filled in only if they are zero, because the linear equations have a constant speed, and a
+# motion at rest has a constant angle.
 _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
-# Largest relative variation of columns in an upright and straight run: roundoff of the integrator.
+# Largest relative variation, by the roundoff of the integrator, of a column in an upright and
+# straight run.
 _ROUNDOFF_OF_INTEGRATOR = 1e-9
 
 
@@ -50,7 +52,8 @@ def _unfilled(part: Part) -> dict[str, float]:
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
-    # In half precision, an energy may vary by less than one step and so be constant as written.
+    # In half precision, an energy may vary by less than one step of the format, and therefore be
+    # constant as written.
     bits = max((n for n in each if n), default=None) if each and all(each) else None
     constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {
@@ -59,7 +62,8 @@ def _unfilled(part: Part) -> dict[str, float]:
         if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(ANGLE_OF.get(key, "")))
         and _should_vary(part, key, number, bits)
     }
-    # The sum of two unfilled energies was not computed either, although it should be constant.
+    # The sum of two energies that were never filled in was not computed either, although a constant
+    # sum would be right.
     parts = [found.get(key) for key in ("potential_energy", "kinetic_energy")]
     total = constant.get("mechanical_energy")
     if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
@@ -89,9 +93,10 @@ def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
         step = max(1e-15 * part.reference.scale(name), spacing)
         if bits is not None:
             step = max(step, float(np.max(Quantum(2, digits=bits).at(expected))))
-        # The mechanical energy is constant, but not zero.
+        # The exact mechanical energy is constant, but not zero. So compare its size with a column
+        # of zeros, and its variation with any other constant.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
-        # Rounding explains that the column is constant.
+        # Rounding to the digits written explains that the column is constant.
         if far <= MAX_ROUNDING_FLOORS * step:
             return False
     return True

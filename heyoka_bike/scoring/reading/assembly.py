@@ -49,7 +49,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     digits: list[int] = []
     bad: list[_BadPlace] = []
     every = [*chain.from_iterable(_one_by_one(x, request) for x in known)]
-    # If there are several tables, a comment may be about all of them.
+    # If the file contains several tables, a comment may be about all of them.
     is_alone = len(every) == 1
     for table, places in every:
         if places.nanoseconds is not None:

@@ -43,7 +43,8 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
     lines = [_trimmed(row) for row in rows]
     width = max(map(len, lines), default=0)
     first = next((i for i, row in enumerate(lines) if any(map(is_number, row))), 0)
-    # The last columns may lack a name or a unit.
+    # The row of names or units may be shorter than the rows of numbers, if the last columns lack a
+    # name or a unit.
     for row in lines[max(0, first - MOST_ABOVE) : first]:
         row += [None] * (width - len(row)) if row else []
     try:

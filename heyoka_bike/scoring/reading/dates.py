@@ -19,7 +19,7 @@ _TIME_OF_DAY = re.compile(
     r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|[+-][0-9]{2}:?[0-9]{2})?"
 )
 _SECONDS_OF_DAY = 86_400
-# Longest time with a date that is parsed, in characters.
+# Maximum length of a time with a date that is parsed [characters].
 _LONGEST = 60
 
 
@@ -70,7 +70,8 @@ def _since_midnight(word: str) -> Decimal | None:
 def _from_first(times: Sequence[Decimal]) -> list[str]:
     days, found = 0, []
     for before, time in zip([times[0], *times], times, strict=False):
-        # Rows may be out of order: only a step back by more than half a day is another day.
+        # Rows may be out of order, so only a step back by more than half a day means that the next
+        # day has begun.
         days += before - time > _SECONDS_OF_DAY / 2
         found.append(_plain(time + _SECONDS_OF_DAY * days - times[0]))
     return found

@@ -21,14 +21,16 @@ from heyoka_bike.scoring.reading.table import ReadColumn
 BINARY64_DIGITS = 17
 """Decimal digits that distinguish any two binary64 numbers."""
 
-# Decimal digits of the usual binary formats, rounded to integers.
+# Number of decimal digits, rounded to an integer, by the number of significant bits of the usual
+# binary formats.
 _DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
-# Fewest decimal digits that distinguish any two single precision numbers.
+# Minimum number of decimal digits that distinguish any two single-precision numbers.
 _SINGLE_DIGITS = 9
-# Fewest decimals that show whether they are rounded single precision numbers.
+# Minimum number of decimals that show whether a column contains rounded single-precision numbers.
 _ENOUGH_SINGLE = 20
-# Numbers show how many digits are written if the probability that all are this short by chance is
-# below 10 to minus this power; and how many numbers are looked at.
+# The numbers of a column show how many digits are written if all of them are this short by chance
+# with a probability below 10 to minus the first value. The second value is the maximum number of
+# numbers that are examined.
 _LOG_OF_CHANCE, _ENOUGH_SHORT = 6.0, 1000
 
 
@@ -51,7 +53,8 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
     suffices, because a file may have few.
     """
     long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
-    # NumPy's savetxt writes 0.1 as 1.000000000000000056e-01, which contains no more than binary64.
+    # The savetxt of NumPy writes 0.1 as 1.000000000000000056e-01, which contains no more
+    # information than binary64.
     are_written_out = len(long) >= (1 if is_time else 5) and all(
         significant(f"{float(x):.{len(significant(x)) - 1}e}") == significant(x) for x in long
     )
@@ -68,15 +71,17 @@ def written_column(
     fewest, most = min(places), max(places)
     largest = _largest(values)
     varies = _tells_digits(values, lo, digits)
-    # Times such as 0.07 and 10 have the same number of places: programs omit the zeros.
+    # Times such as 0.07 and 10 are written to the same number of decimal places, because programs
+    # omit zeros at the end.
     is_fixed_time = is_time and fewest >= 0 and digits < BINARY64_DIGITS
     if (is_fixed_time or fewest == most >= 0) and varies and 10.0**-most >= np.spacing(largest):
         count = max(1, floor(log10(largest)) + 1 + most)
         return ReadColumn(values, lo, Quantum(10, places=most), count, digits)
     if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
-        # Single precision numbers that are printed with more digits than they have.
+        # These are single-precision numbers that are printed with more digits than their precision.
         return ReadColumn(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], digits)
-    # Times always have `lo`, so it alone does not mean more digits than binary64.
+    # Times always have the low part `lo`, so `lo` alone does not indicate more digits than
+    # binary64.
     if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
         quantum, known = Quantum(10, digits=digits), digits
     else:
@@ -157,7 +162,8 @@ def _are_single_written(values: Array, digits: int) -> bool:
     some = values[np.isfinite(values) & (values != np.rint(values))]
     if len(some) < _ENOUGH_SINGLE:
         return False
-    # Half a digit, and the error of reading it into binary64.
+    # A decimal differs from the number it was rounded from by at most half a digit, plus the error
+    # of reading it into binary64.
     nearest = 0.501 * Quantum(10, digits=digits).at(some)
     return bool((np.abs(some - as_single(some)) <= nearest).all())
 

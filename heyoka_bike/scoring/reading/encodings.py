@@ -15,19 +15,21 @@ from heyoka_bike.scoring.reading.request import Request
 
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
-    # Before UTF-16, because the mark of UTF-32-LE begins with that of UTF-16-LE.
+    # UTF-32 must precede UTF-16, because the byte order mark of UTF-32-LE begins with that of
+    # UTF-16-LE.
     (codecs.BOM_UTF32_LE, "utf-32-le"),
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
-# Longest line [characters]: a file without line feeds is not read into memory.
+# Maximum length of a line [characters], because a file without line feeds must not be read into
+# memory.
 _LONGEST_LINE = 4_000_000
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
 # Typographic minus signs and blanks are replaced with plain ones.
 _PLAIN_SIGNS = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
-# Largest fraction of control characters in a text: a damaged text may have a few, random bytes have
-# one in ten.
+# Largest fraction of control characters in a text. A damaged text may contain a few of them; in
+# random bytes, one in ten is a control character.
 _MOST_CONTROLS = 0.02
 
 
@@ -41,7 +43,7 @@ def encoding_of(head: bytes) -> tuple[str, int] | None:
         if head.startswith(mark):
             return name, len(mark)
     even, odd = head[::2], head[1::2]
-    # In UTF-16, every other byte of a row of numbers is zero.
+    # In a row of numbers in UTF-16, every second byte is zero.
     for name, zeros, others in (("utf-16-le", odd, even), ("utf-16-be", even, odd)):
         if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and not others.count(0):
             return name, 0

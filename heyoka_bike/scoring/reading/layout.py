@@ -32,7 +32,8 @@ from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
 from heyoka_bike.scoring.units import factor
 
-# Rounding error of converting a unit, such as degrees, relative to the largest value.
+# Rounding error of the conversion of a unit, such as degrees, relative to the largest value of the
+# column.
 _ROUNDING = 1e-14
 
 
@@ -81,7 +82,7 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     found = [h.meaning for h in headings]
     known = [h.key for h in headings if h.key is not None]
     is_named = TIME in known and len(known) > 1
-    # The benchmark's order has no place for other columns.
+    # A file with columns beyond those of the benchmark is not in the benchmark's order.
     is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS}
     is_beyond |= any(h.is_maneuver for h in headings)
     places = _meanings_by_place(width, request.count) if vectors.is_ordered else None
@@ -91,7 +92,7 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
         return _assigned(headings, vectors, request)
     if places is not None and not _contradict_places(headings, places, request):
         by_place = _assigned([Heading("", *place) for place in places], vectors, request)
-        # A heading may have a unit even if its name is not known.
+        # A heading may contain a unit even if the name in it is unknown.
         both = zip(headings, places, strict=False)
         meant = tuple(with_meaning(h, place) for h, place in both)
         return replace(by_place, headings=meant, seen=unused)
@@ -113,7 +114,7 @@ def _contradict_places(
 
 def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
     """Return the meanings of columns without names; None if there are too many or too few."""
-    # The columns of a single maneuver need no number.
+    # If there is only one maneuver, its columns need no number.
     by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
     if (numbers := by_width.get(width)) is None:
         return None
@@ -127,7 +128,7 @@ def _assigned(headings: Sequence[Heading], vectors: ReadTable, request: Request)
     contradicting: set[int] = set()
     every = ((meaning, i) for i, h in enumerate(headings) if (meaning := h.meaning) is not None)
     for meaning, places in grouped(every).items():
-        # Of several columns with one meaning, the one with the plainest name is used.
+        # If several columns have the same meaning, use the one with the plainest name.
         best, *others = sorted(places, key=lambda i: _oddity(headings[i]))
         if others and _oddity(headings[others[0]]) == _oddity(headings[best]):
             key, number = meaning
@@ -174,7 +175,7 @@ def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, H
     if not np.array_equal(one[~are_finite], other[~are_finite], equal_nan=True):
         return False
     one, other = one[are_finite], other[are_finite]
-    # Each column may be rounded when it was converted and when it was written.
+    # A column may be rounded when it is converted, and again when it is written.
     bound = (bounds[0] + bounds[1])[are_finite] + _ROUNDING * np.max(np.abs(one), initial=0.0)
     return bool(np.all(np.abs(other - one) <= bound))
 

@@ -57,7 +57,8 @@ NOT_READ = (
     NotRead("ROS messages", r"(?:---\s+)?header:\s*\n\s+(?:seq|stamp):", _ROS),
     NotRead(
         "ROS's JointState messages",
-        # In JSON, in the columns of rostopic, and with lists in cells.
+        # JointState messages in JSON, in the columns that rostopic writes, and in rows whose cells
+        # contain lists.
         r"\s*[\[{](?=[\s\S]*\"name\"\s*:\s*\[\s*\")(?=[\s\S]*\"position\"\s*:\s*\[)"
         r"|[^\n]*\bname0\b[^\n]*\bposition0\b"
         r"|[^\n]*\bposition\b[^\n]*\n[^\n]*\[\s*[-'\"0-9]",

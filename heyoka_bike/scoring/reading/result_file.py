@@ -20,12 +20,14 @@ from heyoka_bike.scoring.reading.request import Request
 
 # Text is read in blocks of this size: their numbers fit into the processor's cache.
 _BYTES_AT_ONCE = 1 << 21
-# The first block shows how rows are written: it must contain any heading, and some rows.
+# Size of the first block of a text [bytes]. It shows how rows are written, so it must contain any
+# heading and some rows.
 _BYTES_OF_HEAD = 1 << 21
-# The first bytes of the head that distinguish text from other formats.
+# Number of bytes at the beginning of the first block that distinguish text from other formats.
 _BYTES_OF_SIGNATURE = 4096
 _BYTES_OF_LENGTH = 4
-# Largest compression ratio: deflate needs at least two bits for 258 bytes (RFC 1951).
+# Largest compression ratio of gzip, because deflate needs at least two bits for 258 bytes (RFC
+# 1951).
 _MOST_PACKED = 1032
 _GZIP_SIGNATURE = b"\x1f\x8b"
 

@@ -23,10 +23,10 @@ from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, heading_amo
 from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 
 _MANEUVER = "maneuver"
-# Most lines above the rows that are kept: a title, levels of names, units.
+# Maximum number of lines above the rows that are kept: a title, several lines of names, and units.
 _MOST_ABOVE = 20
 _AROUND_LABELS = "[]():;,=-\"' "
-# A duration below a minute, as MATLAB or pandas write it.
+# A duration of less than a minute in the form that MATLAB or pandas writes.
 _PATTERN_OF_DURATION = re.compile(
     r"(?:0+ days? \+?)?(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
 )
@@ -66,7 +66,7 @@ def _columns(
         cells = zip(row, words, strict=True)
         has_number = any(is_number(x) or dialect.number(word) for x, word in cells)
         if not found and len(row) > 1 and not has_number:
-            # A line above the rows: names, in one line or in several, or units.
+            # This line above the rows contains names, or a part of the names, or units.
             above = [*above[1 - _MOST_ABOVE :], words]
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
             maneuver = label

@@ -21,16 +21,18 @@ from heyoka_bike.scoring.reading.digits import as_single
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Most decimal places of a step: finer steps than a picosecond are unlikely.
+# Maximum number of decimal places of a step. Steps finer than a picosecond are unlikely.
 _MOST_DECIMALS = 12
 _FEWEST_TIMES = 3
-# Digits with which single precision numbers are written; fewer digits do not show them.
+# Numbers of digits with which single-precision numbers are written. With fewer digits they cannot
+# be recognised.
 _DIGITS_OF_SINGLE = (8, 9)
-# Decimal logarithm of the largest probability that times are near multiples only by chance.
+# Decimal logarithm of the largest probability that the times are near multiples of a step only by
+# chance.
 _LOG_CHANCE = -6.0
-# The first block of times: enough to see that times are not multiples.
+# Number of times in the first block. They suffice to show that times are not multiples of a step.
 _FIRST_TIMES = 64
-# Size of the other blocks, which keeps the intermediate arrays of a long file small.
+# Number of times in each later block. It keeps the intermediate arrays of a long file small.
 _TIMES_AT_ONCE = 1 << 16
 
 
@@ -169,15 +171,16 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
         rounded hi + lo. None if there is no such d up to 12, if there are fewer than three rows, or
         if it could be chance.
     """
-    # Integers above 2^53 are not all representable, so larger times show no multiples.
+    # Integers above 2^53 cannot all be represented in binary64, so times that are larger multiples
+    # do not show the step.
     if len(hi) < _FEWEST_TIMES or not (np.abs(hi) < 2.0**53).all():
         return None
     single = as_single(hi)
     candidates: list[tuple[Array, type[np.floating]]] = [(hi, np.float64)]
     if (single == hi).all() or (digits in _DIGITS_OF_SINGLE and _are_written(single, hi, digits)):
         candidates.append((single, np.float32))
-    # Try both precisions for each step: read as decimals of a smaller step, single precision
-    # numbers such as 0.0700000003 would be multiples, too.
+    # Try both precisions for each step. Otherwise single-precision numbers such as 0.0700000003,
+    # read as decimals, would count as multiples of a smaller step.
     each = ((d, x, kind) for d in range(_MOST_DECIMALS + 1) for x, kind in candidates)
     found = next(((d, x) for d, x, kind in each if _are_multiples(x, d, kind)), None)
     if found is None:
@@ -200,12 +203,13 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
     for piece in _pieces(len(hi)):
         times = hi[piece]
         k = np.rint(times * ten)
-        # With more bits, the quotients would not be correctly rounded.
+        # If k had more bits, the quotients would not be correctly rounded.
         if not (np.abs(k) < 2.0**53).all():
             return False
         if not ((k / ten).astype(kind).astype(np.float64) == times).all():
             return False
-        # The probability that a number is nearest to a multiple is its spacing over the step.
+        # The probability that a number is nearest to a multiple by chance is the spacing of the
+        # numbers divided by the step.
         different = times[np.diff(times, prepend=last) != 0]
         last = times[-1]
         with np.errstate(divide="ignore"):

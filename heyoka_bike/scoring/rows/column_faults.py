@@ -3,7 +3,7 @@
 The question: is a column a simple function of the exact values, or of another column of the file?
 A column may be clipped, multiplied by a constant, smoothed, or exchanged with another one. The
 modules beside this one look for coarse grids (`grids`), rates that are differences of their angles
-(`rates`), wrong times (`times`), and maneuvers that ended early (`maneuvers`). Each look takes
+(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each look takes
 milliseconds, so these looks precede all simulations.
 
 Each look returns its evidence, and the corrected rows: with the fault undone, a useless column
@@ -43,7 +43,7 @@ from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, pl
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-# Largest fraction of a column's rows that may be single odd rows.
+# Largest fraction of a column's rows that are reported as single odd rows.
 _MOST_SINGLE = 0.2
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
@@ -85,11 +85,13 @@ def deviating_columns(report: Report) -> Undone | None:
     For each column the deviation that explains its error best is undone.
     """
     found: dict[tuple[int, str], _Deviation] = {}
-    # Values of other maneuvers are not a function of the exact values.
+    # The values of columns that belong to a different maneuver are not a function of the exact
+    # values.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
         has_enough = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
-        # A constant column is not a function of the exact values, but may be another column.
+        # A constant column is not a function of the exact values, but may have been written in
+        # place of a different column.
         ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
         if is_right_column(c) or not has_enough or (m.maneuver, c.key) in others:
             continue
@@ -100,7 +102,8 @@ def deviating_columns(report: Report) -> Undone | None:
             rows = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[rows])
             relief = rms(c.trace.error[rows]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
-            # Simpler deviations are tried first. A later one must explain clearly more.
+            # Simpler deviations are tried first. A deviation that is tried later must explain
+            # clearly more.
             if relief > best and left < TOLERANCE * c.scale:
                 found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
     found = _without_exchanged_everywhere(
@@ -259,7 +262,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
         high if np.max(right) > high + least else np.inf,
     ]
     clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
-    # Rows at a bound contain no more information about the motion.
+    # Rows at a bound contain no more information about the motion than the bound.
     deviation = np.where(clipped == right, 0.0, clipped - right)
     return _Deviation("clipped", deviation, tuple(bounds))
 
@@ -276,7 +279,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     right = np.array([*m.part.reference.approximate(time, names).values()])
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
-    # Each end without an average is shorter than a tenth of the rows, so enough rows remain.
+    # An average lacks up to a tenth of the rows at each end, so enough rows remain.
     for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
@@ -351,16 +354,19 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     value, least = c.trace.value, floor_of(c)
     is_same = np.diff(value) == 0.0
     alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
-    # Count a repeated row only where the column moves on in one direction, by far more than its
-    # digits: near an extremum two neighbouring rows may be equal.
+    # A row that equals the previous row counts as a repetition only where the column moves on in
+    # one direction by far more than its digits. Near an extremum two neighbouring rows may be
+    # equal.
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
     moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
     held = np.flatnonzero(alone & moves) + 2
-    # Expected number of equal neighbours by chance, from the digits written.
+    # Number of equal neighbours that the rounding to the digits written is expected to cause by
+    # chance.
     chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
     if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
-        # If the motion is right, also find several repeated rows in succession.
+        # If the motion is right, also find rows that repeat the same row several times in
+        # succession.
         of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= MAX_ROUNDING_FLOORS * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
@@ -369,7 +375,7 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     if any(
         np.isin(_far_rows(x), far).any() for x in m.columns if x is not c and x.values == m.rows
     ):
-        # If the same rows are off in other columns too, the motion is wrong.
+        # If the same rows of different columns are wrong, the motion is wrong, not a single column.
         return None
     turns = error[far] / (2 * np.pi)
     is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)

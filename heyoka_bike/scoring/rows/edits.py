@@ -21,7 +21,7 @@ from heyoka_bike.scoring.alignment import Part
 
 T = TypeVar("T")
 
-# Roundoff of differences of times in binary64, relative to the last time.
+# Roundoff of a difference of two times in binary64, relative to the last time.
 _ROUNDED = 1e-15
 
 Columns = Mapping[str, Array]
@@ -112,7 +112,7 @@ class Rewritten(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Reversed(Edit):
-    """A reversal of the rows, at ascending times."""
+    """An edit that reverses the order of the rows, and keeps their times ascending."""
 
     stage = Stage.TIMES
 
@@ -125,7 +125,8 @@ class Reversed(Edit):
         """Return the rows in the order of the motion."""
         time, lo = (part.time[0] + part.time[-1] - part.time)[::-1], -part.time_lo[::-1]
         if np.allclose(time, part.time, rtol=0.0, atol=_ROUNDED * part.time[-1]):
-            # Evenly spaced times are symmetric: keep the written ones, which have no roundoff.
+            # Evenly spaced times are the same in reverse. Keep the written times, because they have
+            # no roundoff.
             time, lo = part.time, part.time_lo
         return replace(
             part,

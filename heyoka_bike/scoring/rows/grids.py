@@ -21,17 +21,18 @@ from heyoka_bike.scoring.rows.table import Undone, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
-# A grid needs at least this many levels, far coarser than the digits. The levels of a smooth column
-# are multiples of one step by chance about once in 1e5 columns.
+# Minimum number of different values in a column of multiples of a step. The step must also be far
+# coarser than the digits. By chance, the values of about one smooth column in 1e5 are multiples of
+# one step.
 _FEWEST_LEVELS = 5
 # Significant bits of half-precision and single-precision numbers; half precision is tried first.
 _HALF, _SINGLE = 11, 24
 _BITS = (_HALF, _SINGLE)
-# Largest deviation from a number of few bits, in units of half the last digit: 1 for rounding, and
-# a little for the roundoff of reading.
+# Largest deviation from a number with few significant bits, in units of half its last digit: 1 for
+# rounding, and a little for the roundoff of reading.
 _ROUNDED = 1.01
-# Number of the smallest distances between levels from which the step is found. The error of the
-# step counts least in small distances.
+# Number of the smallest distances between values from which the step is found. In small distances
+# the error of the step is multiplied least.
 _DISTANCES = 100
 
 
@@ -104,14 +105,15 @@ def coarse_grids(report: Report) -> Undone | None:
         return None
     errors = grouped(((m.maneuver, c.key) in steps, c.error) for m, c in places(report))
     rest = max(errors.get(False, [1.0]))
-    # Each value may be off by one step, so a difference of two values may be off by two.
+    # Each of two values may be wrong by one step, so their difference may be wrong by two steps.
     by_grid = (
         (report[n][key].max_abs_error or 0.0) <= 2 * step * units[key]
         for (n, key), step in steps.items()
     )
     of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in report}
     if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # The other columns are right and far more accurate, so columns on a grid add nothing.
+        # The other columns are right and far more accurate, so the columns of multiples add no
+        # information.
         on_grid = {key for _, key in steps}
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
@@ -151,7 +153,8 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
         of_key = known.get(place[1])
         if of_key is None or not _are_multiples(values, of_key, least):
             continue
-        # A column has the same step in all maneuvers, or a different number of decimals in some.
+        # A column has the same step in all maneuvers, unless it is written with a different number
+        # of decimals in some of them.
         if abs(found.setdefault(place, of_key) / of_key - 1.0) < RIGHT:
             found[place] = of_key
     return {place: found[place] for place in levels if place in found}
@@ -160,7 +163,8 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
 def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
     """The different values of a column as written, and half of its last digit."""
     quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
-    # The first row is given, so it need not be on the grid of a measurement.
+    # The first row contains the given initial conditions, so it may be exact where the rest of the
+    # column is measured in steps.
     values = values[1:][np.isfinite(values[1:])]
     least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
     if quantum is not None:
@@ -189,8 +193,8 @@ def step_of(levels: Array, least: float) -> float | None:
     step = _common(np.sort(apart)[:_DISTANCES], least)
     if step is None:
         return None
-    # Refine the step by longer and longer spans, then by the largest level: there rounding counts
-    # less.
+    # Refine the step by the lengths of longer and longer spans, and finally by the largest value.
+    # Rounding affects a long span least.
     ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
     for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
         step = float(whole) / max(round(float(whole) / step), 1)

@@ -89,7 +89,8 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
-        # With few digits, a motion that decays also seems to rest for a while before it goes on.
+        # If a column has few digits, a motion that decays also seems to rest for a while before it
+        # continues.
         others = [
             c for c in whole
             if still[c.key] < max(MIN_ROWS_FOR_SHAPE, AS_GOOD * _still_before(c))

@@ -9,8 +9,8 @@ from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# Largest change of the scale, and largest shift relative to the run, that are fitted. A larger one
-# is found when the file is read, or looks like another motion.
+# Largest change of the time scale that is fitted, and largest shift relative to the length of the
+# run. A larger change or shift is found when the file is read, or looks like a different motion.
 _LARGEST = 0.2
 
 

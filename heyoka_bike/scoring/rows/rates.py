@@ -33,7 +33,7 @@ LATERAL_ANGLES = {rate: angle for rate, angle in ANGLE_OF.items() if rate in LAT
 ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
 """Delays of a rate that are tried, in rows."""
 
-# Degree of the polynomials that give the slopes of angles. It is low, so that a corner in the
+# Degree of the polynomials that give the slopes of angles. It is low, because then a corner in the
 # motion affects only a few rows.
 _DEGREE_OF_SLOPES = 4
 
@@ -120,7 +120,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     rate, angle = both
     time, x = rate.trace.time, angle.trace.value
     if not np.all(np.diff(time) > 0.0):
-        # Two rows at one time have no slope.
+        # The slope between two rows at the same time is not defined.
         return set()
     slopes = np.diff(x) / np.diff(time)
     ways = {
@@ -134,7 +134,8 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
-        # Rows in which the difference and the slope of the angle differ by more than the digits.
+        # Rows in which the finite difference and the slope of the angle differ by more than the
+        # digits can explain.
         telling = np.abs(slope - smooth[rows]) > CLEARLY * least
         if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and all(
             np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
@@ -155,7 +156,7 @@ def shifted_rate(report: Report) -> Undone | None:
 def _rows_off(m: ManeuverScore, key: str) -> float:
     """Delay of a rate relative to the slope of its angle, one of `ROWS_LATE`; 0 if none fits."""
     both = _with_its_angle(m, key)
-    # If the rate is right, the angle is wrong, not the rate.
+    # If the rate is right, the angle is the wrong column of the two.
     if both is None or is_right_column(both[0]):
         return 0.0
     rate, angle = both
@@ -174,5 +175,5 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
     is_best = BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size)
-    # A difference is nearly a shift by half a row; `own_differences` reports it.
+    # A finite difference is nearly the same as a shift by half a row. `own_differences` reports it.
     return best if is_best and not _how_differenced(m, key) else 0.0

@@ -56,7 +56,8 @@ class _Wrong(AtOtherTimes):
         `TOLERANCE`.
         """
         falls = (left * BY_FAR < self.before) | (left <= self.floors)
-        # At least one error must fall by the factor: a small fall to the digits proves nothing.
+        # At least one error must fall by the factor `BY_FAR`. Errors that fall only a little, to
+        # the digits written, prove nothing.
         is_shown = bool(np.any(left * BY_FAR < self.before))
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
@@ -64,7 +65,8 @@ class _Wrong(AtOtherTimes):
 def other_unit(report: Report) -> Undone | None:
     """Correct times in minutes or hours, which the alignment has found."""
     larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
-    # The evidence is empty: `diagnosed` reports the unit with the other evidence of the times.
+    # No evidence is added here, because `diagnosed` reports the unit together with the other
+    # evidence on the times.
     return None if larger is None else _at_other_times(report, (), larger.seconds, 0.0)
 
 
@@ -164,7 +166,7 @@ def other_clocks(report: Report) -> Undone | None:
             scale, shift = clocks[m.maneuver]
             rows = shift / m.step if m.step else None
             if _is_refuted(m, np.array([scale - 1.0, shift])):
-                # Only the wrong columns belong to other times. They are left out from here on.
+                # Only the wrong columns belong to other times. All later steps leave them out.
                 keys = tuple(c.key for c in _Wrong(m).columns)
                 seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
                 part = part.only(part.values.keys() - {*keys})
@@ -210,8 +212,8 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
         return None
     clocks = [fitted_clock([wrong], of) for of in ((1,), (0,), (0, 1))]
     found = [(c, wrong.left(meant_by(wrong.time, c))) for c in clocks if c is not None]
-    # Prefer a shift alone, then a scale alone, if it is as good as both together. If the fit of
-    # both failed, either alone may be used.
+    # Prefer a shift alone, or otherwise a scale alone, if its error is as small as that of both
+    # together. If the fit of both failed, use either one.
     least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
         is_as_good = np.all(left <= np.maximum(AS_GOOD * least, wrong.floors))

@@ -17,8 +17,8 @@ from heyoka_bike.numbers.double import Array
 
 Indices = NDArray[np.intp]
 _LEAST_POSITIVE = 1e-300
-_SVG_WIDTH, _SVG_HEIGHT = 4000, 2000  # size of the inner SVG in its integer units
-_FEW_POINTS = 40  # lines with at most this many points also show the points
+_SVG_WIDTH, _SVG_HEIGHT = 4000, 2000  # width and height of the inner SVG, in its integer units
+_FEW_POINTS = 40  # maximum number of points of a line on which the points are drawn, too
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def linear(low: float, high: float) -> ChartAxis:
     half = max(1.08 * half, 0.5e-5 * size) or 1.0
     offset = 0.0
     if half < 1e-3 * size:
-        # Round the offset, so that it has few digits.
+        # Round the offset of the axis, because it is shown and should have few digits.
         offset = round(middle, -math.ceil(math.log10(half)))
     return _ticked(middle - offset - half, middle - offset + half, 4, offset)
 
@@ -95,7 +95,7 @@ def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
     labels
         Maximum number of labelled lines.
     """
-    # A quotient of tiny numbers may have become 0.
+    # A quotient of tiny numbers may have underflowed to 0.
     low, high = max(low, _LEAST_POSITIVE), max(high, _LEAST_POSITIVE)
     first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
     last = max(last, first + 1)

@@ -24,13 +24,13 @@ from heyoka_bike.showing.wording.run_text import run_name
 _ALL_HEIGHT, _COST_HEIGHT, _PROGRAMS_HEIGHT, _ONE_HEIGHT = 300, 280, 160, 120
 # Number of line styles in page.css; columns beyond the benchmark's eight reuse them.
 _STYLES = 8
-_APART = (0, 7, 2, 4, 3, 5, 1, 6)  # order of the styles in which neighbours differ most in colour
+_APART = (0, 7, 2, 4, 3, 5, 1, 6)  # order of the styles that makes neighbours differ most in colour
 _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
 # Maximum number of decades shown for the error of one column, and for the errors of several
-# programs. An error that crosses zero would need many more.
+# programs. Without these limits, an error that crosses zero would be shown over many more decades.
 _MOST_DECADES, _MOST_OF_PROGRAMS = 10, 16
 _LOWEST_ERROR = 1e-40
-_MOST_ORDER = 12  # largest observed order that counts for the guides
+_MOST_ORDER = 12  # largest observed order that the guides take into account
 _RELATIVE = "error / scale of the column"
 _LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
 
@@ -177,7 +177,7 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     if not error.any():
         return empty("The error is exactly 0 in every row.")
     low, high = _range(t, error)
-    low /= 10  # room for smaller errors between the peaks
+    low /= 10  # leaves room for the smaller errors between the peaks
     if c.floor and c.floor > high * 10.0**-_MOST_DECADES:
         low, high = min(low, c.floor), max(high, c.floor)
     low = max(low, high * 10.0**-_MOST_DECADES)

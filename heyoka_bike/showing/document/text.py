@@ -19,7 +19,8 @@ PROSE = 100
 _KEPT_BLANK = "\N{NO-BREAK SPACE}"
 _MARK = 8  # width of an item's mark [characters]
 _LEAST_WORDS = 16  # minimum width of a column of prose [characters]
-# Codes of Select Graphic Rendition (ECMA-48 8.3.117) by class of paragraphs, items and cells.
+# Codes of Select Graphic Rendition (ECMA-48 8.3.117) by the class of a paragraph, an item or a
+# cell.
 _CODES = {
     "verdict": "1", "head": "1", "facts": "2", "info": "2", "warning": "1;33", "unmade": "33",
     "passed": "32", "failed": "1;31", "right": "32", "untold": "33", "close": "33", "wrong": "31",
@@ -177,7 +178,8 @@ def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_P
     rows = [_headings(columns)]
     rows += [[_written(row[i]) for i, _ in columns] for row in table.rows]
     prose = [i for i, (_, c) in enumerate(columns) if c.is_prose]
-    # One space before the columns that are aligned left and the first number, two before others.
+    # One space precedes the columns that are aligned left, and the first column of numbers. Two
+    # spaces precede all further columns of numbers.
     gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
     widths = _widths(rows, prose, width - sum(map(len, gaps)))
     rule = [("-" * (sum(widths) + sum(map(len, gaps))), "")]

@@ -125,6 +125,6 @@ def clean(x: Any) -> Any:
         return int(x)
     if isinstance(x, Real):
         return float(x) if math.isfinite(x) else None
-    if hasattr(x, "tolist"):  # NumPy's booleans and arrays
+    if hasattr(x, "tolist"):  # true for NumPy's booleans and arrays
         return clean(x.tolist())
     raise TypeError(f"found {x!r:.60}, expected a value that JSON can represent")

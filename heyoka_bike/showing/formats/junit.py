@@ -37,7 +37,8 @@ def render(scored: Report | Series) -> str:
     for name in ("tests", "failures", "errors"):
         root.set(name, str(sum(int(suite.get(name, "0")) for suite in root)))
     if isinstance(scored, Series):
-        # The schema has no place for findings about the whole series: add them to the last run.
+        # JUnit's schema has no place for findings about a whole series, so add them to the last
+        # run.
         _say(root[-1], [f"{f.severity}: {sentence(f.message)}" for f in scored.findings])
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
@@ -49,7 +50,7 @@ def _suite(report: Report) -> Element:
     for name, value in _properties(report):
         if value is not None:
             SubElement(properties, "property", name=name, value=printable(str(value)))
-    # Readers sort test cases by class, and read the text before a dot as a package.
+    # Readers of JUnit files sort test cases by class, and read the text before a dot as a package.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
     for case_name, problem in _cases(report):
         case = SubElement(suite, "testcase", classname=where, name=case_name, time="0")

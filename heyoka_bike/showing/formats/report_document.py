@@ -29,7 +29,9 @@ from heyoka_bike.showing.wording import (
 from heyoka_bike.showing.wording.grade_text import SIGNS, WORDS, file_grade, style_of
 
 _MOST_COLUMNS_SHOWN = (
-    12  # the benchmark has eight columns, a file with the whole motion up to a hundred
+    # Maximum number of columns shown; the benchmark has eight, and a file with the whole motion up
+    # to a hundred.
+    12
 )
 
 _COLUMNS_OF_SCORES = (
@@ -531,7 +533,7 @@ def _each_run(series: Series) -> Iterator[doc.Block]:
         yield doc.Chapter(name, content, f"run-{i + 1}", name, only=doc.PAGE)
         found = held.findings
         if series.is_one_program and not is_best:
-            # Most findings are the same for all runs of a program: do not repeat them.
+            # Most findings are the same for all runs of a program, so list only those that are new.
             known = {f.message for f in best.report.findings}
             new = (f for f in found if f.message not in known)
             found = tuple(f for f in new if f.severity == Severity.WARNING)

@@ -31,9 +31,10 @@ from heyoka_bike.showing.wording import number_text, run_text, verdict_text
 from heyoka_bike.showing.wording.finding_text import findings
 from heyoka_bike.showing.wording.grade_text import file_grade
 
-_MOST_RUNS_SHOWN = 4  # maximum number of runs of a series, one per line
+_MOST_RUNS_SHOWN = 4  # maximum number of runs of a series that are listed, one per line
 _LETTERS_OF_NAMES = 14  # width of the names at the start of lines [characters]
-_MOST_REQUIRED = 12  # largest suggested requirement on correct digits; binary64 reaches it easily
+# Largest number of correct digits that is suggested as a requirement; binary64 reaches it easily.
+_MOST_REQUIRED = 12
 _WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
 _MOST_LINES = 12  # maximum number of lines of a diagnosis that names no cause
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
@@ -86,7 +87,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
 
     If the diagnosis names no cause, remarks beyond twelve lines appear only with `has_details`.
     """
-    # Findings that the diagnosis does not repeat are shown before it.
+    # List the findings that the diagnosis does not repeat before the diagnosis.
     odd_signs = (SignContradiction, SensesOpposed)
     beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
     own = [x for x in report.seen if isinstance(x, Conventions)]
@@ -98,7 +99,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
     if has_details or is_named:
         return "\n".join([head, "\n\n".join(_filled(f.message) for f in report.diagnosis)])
-    # Always show that a search ended early, because the other remarks are then less certain.
+    # Always show that a search ended early, because this makes the other findings less certain.
     stops = [_filled(f.message) for f in report.diagnosis if f.code == _STOPPED]
     told = [_filled(f.message) for f in report.diagnosis if f.code != _STOPPED]
     shown: list[str] = []

@@ -50,6 +50,7 @@ def limit_words(limit: float) -> str:
     """Return the limit of eq. (1) with all its digits, as "1e-3 %" or "2.5e-3 %"."""
     if limit >= 1:
         return f"{limit:.12g} %"
-    # Twelve digits suffice for every limit in use, and avoid a third with sixteen digits.
+    # Twelve digits suffice for every limit in use, and a limit of 1/3 is not written with sixteen
+    # digits.
     digits, exponent = f"{limit:.11e}".split("e")
     return f"{digits.rstrip('0').rstrip('.')}e{int(exponent)} %"

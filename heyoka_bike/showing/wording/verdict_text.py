@@ -44,7 +44,7 @@ DOES_NOT_COUNT = {
     DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
     DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
     DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
-    DoesNotCount.FEW_DIGITS: "it cannot be told at the digits written",
+    DoesNotCount.FEW_DIGITS: "the digits written do not decide it",
 }
 """Reasons why the result of eq. (1) does not count."""
 
@@ -91,7 +91,7 @@ def caveats(report: Report) -> list[str]:
             signs = "roll and steer have opposite senses, see the warning"
         elif isinstance(x, NotCompared):
             left_out += [column.name for column in x.columns]
-    # Skip columns without a name, such as an index: no reader misses them.
+    # Skip columns without a name, such as an index, because no reader will miss them.
     names = [shortened(name) for name in dict.fromkeys(left_out) if name.strip(" \"'")]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
     return [said for said in (covered, lost, signs) if said]
@@ -109,7 +109,7 @@ def _outcome(m: ManeuverScore) -> str:
     """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
     if m.performance_limit is None:
         return ""
-    # Whatever its value, eq. (1) may not count.
+    # The result of eq. (1) may not count, whatever its value is.
     if reason := claim(m, m.performance_limit).reason:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
     so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""

@@ -152,7 +152,7 @@ class _FlowKeeper(Prover):
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))
             if not 4 * reach <= 1:
                 raise refused(piece, "the motions leave a quarter of the polydisc")
-            # J does not contain the yaw, the last state variable.
+            # J has no row or column for the yaw, which is the last state variable.
             step = exact_ball(piece.h)
             moved = flint.arb_mat(
                 [[*(8 * step * m * reach / x for x in near.rho[:6]), 0] for m in near.values]
@@ -263,7 +263,8 @@ def _starts(
     box = [flint.arb(x, radius) if i in _UNKNOWNS else x for i, x in enumerate(start)]
     box[_PITCH] = flint.arb(start[_PITCH], radius)
     by_pitch, by_steer = _height_slopes(equations, box)
-    # Newton's method in intervals shows that each steer angle has exactly one pitch inside the box.
+    # An interval Newton step proves that there is exactly one pitch inside the box for each steer
+    # angle.
     gap = front_contact_height(equations.k, equations.a, box[_ROLL], start[_PITCH], box[_STEER])
     if not (abs(by_pitch) > 0 and abs(gap / by_pitch) < radius):
         raise _refused(run, "no pitch is found for every steer angle of the box")
@@ -330,8 +331,8 @@ def _multipliers(
     """Return eigenvalues of the half return map's derivative by steer, roll and steer rate."""
 
     def by(i: int, j: int) -> flint.arb:
-        # Effect of the start on the state at the crossing, less its effect through the crossing
-        # time.
+        # Effect of the initial state on the state at the crossing, minus the part due to a change
+        # of the crossing time.
         return rates[i] * flow[_ROLL, j] / rates[_ROLL] - flow[i, j]
 
     matrix = flint.acb_mat(
@@ -341,8 +342,8 @@ def _multipliers(
         values = matrix.eig()
     except ValueError:
         raise _refused(run, "the multipliers cannot be separated") from None
-    # The conjugate of an enclosure of one eigenvalue encloses an eigenvalue too. If it overlaps no
-    # other enclosure, the eigenvalue is real.
+    # The complex conjugate of an enclosure of one eigenvalue also encloses an eigenvalue. If the
+    # conjugate overlaps no other enclosure, the eigenvalue is real.
     if any(a.overlaps(b.conjugate()) for a, b in permutations(values, 2)):
         raise _refused(run, "the multipliers are not proved to be real")
     return tuple(sorted((x.real for x in values), key=lambda x: -abs(float(x.mid()))))

@@ -38,12 +38,13 @@ from heyoka_bike.workbench.after_ten_seconds.facts import prove_facts, render_fa
 COLUMNS = ("steer_angle", "roll_rate", "steer_rate", "forward_speed")
 MIRRORED = (-1, -1, -1, 1)
 
-# Longer than half a period of the cycle, and shorter than a whole period [s].
+# Duration of a run that contains one half of the cycle [s]: it is longer than half a period, and
+# shorter than a whole period.
 _A_HALF = Fraction(17, 16)
 _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 _ROUGH_DIGITS = 30
-# Newton's method stops when steps are below this many units in the last place.
+# Number of units in the last place: Newton's method stops when its steps are smaller.
 _LAST_BITS = 12
 
 
@@ -129,7 +130,7 @@ def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajec
     with at.balls.precision():
         wanted = section.number(at.columns(Fraction(0))["mechanical_energy"])
     x = [mp.mpf(v) for v in settled(bicycle, maneuver)]
-    # The derivatives at the first guess are accurate enough for every step.
+    # The derivatives at the first guess are accurate enough for all steps of Newton's method.
     slopes = mp.matrix(Section(bicycle, _ROUGH_DIGITS).derivatives(x))
     matrix = slopes[:4, :].copy()
     for i in range(3):
@@ -185,7 +186,8 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     bicycle, maneuvers = benchmark()
     cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS_OF_CYCLE)
     lift = first_event(bicycle, maneuvers[2], until=REAR_LIFT)
-    assert lift is not None  # the benchmark's maneuver falls
+    # Not None, because the motion of the benchmark's maneuver ends with a fall.
+    assert lift is not None
     rows = ceil(Fraction(float(lift.time)) / maneuvers[2].spacing)
     until = replace(maneuvers[2], duration=rows * maneuvers[2].spacing)
     fall = integrate(bicycle, until, _DIGITS_OF_CYCLE)

@@ -25,7 +25,7 @@ Chunk = tuple[int, int]
 """Position of a chunk along both axes."""
 
 _MOST_POINTS = 10**9
-_CHUNKS = 100  # approximate number of chunks, unless they would become too large
+_CHUNKS = 100  # approximate number of chunks, if none of them becomes too large
 _SIDES_OF_CHUNK = (4, 128)
 
 
@@ -99,8 +99,8 @@ class Design:
             )
             for row in table
         ]
-        # The constants of a single bicycle would be compiled in. A second bicycle makes the code
-        # read them at run time, so all chunks use the same code.
+        # If all bicycles were the same, their constants would be compiled in. With a second
+        # bicycle, the code reads the constants at run time, so all chunks use the same code.
         return [*bicycles, self.bicycle], starts, which.reshape(-1)
 
     def provenance(self) -> dict[str, str]:
@@ -164,7 +164,7 @@ def design(
     made = Design(bicycle, (first, second), whole, longest)
     if made.shape[0] * made.shape[1] > _MOST_POINTS:
         raise InputError(f"found more than {_MOST_POINTS:.0e} points, expected fewer")
-    # Check the ends of the axes before anything is computed.
+    # Check that motions at the ends of the axes are possible before anything is computed.
     corners = [(x, y) for x in (0, -1) for y in (0, -1)]
     made.points(
         np.array([first.values[i] for i, _ in corners]),

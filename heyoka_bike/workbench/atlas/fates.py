@@ -89,7 +89,8 @@ def first_negative(values: Array) -> Array:
         i = np.argmax(is_below, axis=1)
         rows = np.arange(len(values))
         here, ahead = values[rows, i], values[rows, np.maximum(i - 1, 0)]
-        # No sample precedes the first one, so a row that starts below zero passes there.
+        # No sample precedes the first one, so a row whose first sample is below zero passes zero
+        # there.
         back = np.where(np.isfinite(ahead) & (ahead > 0), here / (here - ahead), 0.0)
         crossed = np.where(is_below.any(axis=1), i - back, np.nan)
         depth, place = tops(-values)
@@ -107,11 +108,11 @@ EARLY_OVERSAMPLING = 2
 """Oversampling within these seconds, because magnification comes in bursts."""
 
 _SECONDS_OF_STEP = 2 * SPACING / EARLY_OVERSAMPLING
-_TERMS_OF_EXPONENTIAL = 12  # of the series of the matrix exponential
-# Step in roll and steer for differences of the pitch [rad]. The pitch is even about straight
-# running, so its slopes are accurate to 1e-10.
+_TERMS_OF_EXPONENTIAL = 12  # number of terms of the series for the matrix exponential
+# Step in roll and steer for finite differences of the pitch [rad]. The pitch is an even function
+# near straight running, so its slopes are accurate to 1e-10.
 _SHIFT_OF_PITCH = 1e-5
-_AROUND = 2  # samples on either side of the largest one
+_AROUND = 2  # number of samples on either side of the largest sample
 
 
 def conditions(runs: Runs, samples: Array, which: Array) -> Array:
@@ -198,11 +199,11 @@ SETTLED = 0.01
 """A converging motion has settled once roll and steer stay below this angle [rad]."""
 
 _SECONDS_OF_WINDOW = WINDOW * SPACING
-_FLAT = 0.03  # relative to the square root of the decay, see `_is_straight`
-_WINDOWS_OF_WEAVE = 4  # windows over which a weave must repeat itself
+_FLAT = 0.03  # threshold relative to the square root of the decay, see `_is_straight`
+_WINDOWS_OF_WEAVE = 4  # number of windows over which a weave must repeat itself
 _REPEATS = 1e-3
-_MOST_PEAKS = 8  # maxima of the lean in a period
-_FINER = 32  # oversampling where a wheel lifts
+_MOST_PEAKS = 8  # maximum number of maxima of the lean in a period
+_FINER = 32  # factor by which sampling is refined where a wheel lifts
 
 
 def _straight(runs: Runs, states: Array, which: Array) -> tuple[Array, Array]:
@@ -287,7 +288,8 @@ class _Course:
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
-            # Index of the sample before the next window, at the spacing of that window.
+            # Index of the sample before the next window, counted at the spacing of that window's
+            # samples.
             then = EARLY_OVERSAMPLING if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
@@ -341,7 +343,7 @@ class _Course:
             times = begin + spacing * (first + after / _FINER)
             found["lift_time"][motions[is_so]] = times[is_so]
             found["lift_wheel"][motions[is_so]] = wheel[is_so]
-            # If a parabola was wrong, look at later samples.
+            # If a parabola was a wrong approximation, search the later samples.
             for i, j in zip(some[~is_so], first[~is_so], strict=True):
                 floor[i, : j + 3] = np.inf
             some = some[~is_so]
@@ -415,7 +417,7 @@ def repeats(lean: Array) -> slice | None:
         return None
     places, peaks = _peaks(lean)
     for every in range(1, _MOST_PEAKS + 1):
-        # Maxima alternate between left and right, so a period has an even number of them.
+        # Maxima on the left and on the right alternate, so a period has an even number of maxima.
         period = every if every % 2 == 0 else 2 * every
         if len(peaks) <= max(2 * every, period):
             break

@@ -24,18 +24,19 @@ if TYPE_CHECKING:
 _SIZE_OF_MAP = (WIDTH, 4.9)  # [inch]
 _DIGITS_OF_AXES = 15
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
-# Tints of Okabe and Ito's blue, sky, orange and vermillion, which also differ in lightness.
+# Tints of blue, sky blue, orange and vermillion of Okabe and Ito's palette. They also differ in
+# lightness.
 _COLOURS = {
     UNDECIDED: "#ffffff", UPRIGHT: "#7fb8d9", CYCLE: "#f7d98b", LIFTS: "#1f5f8b",
     WEAVES: "#df8a4f",
 }  # fmt: skip
 _GREYS = (0.55, 0.94)
 """Greys from an immediate fall to a fall at the end of the time limit."""
-_SOONEST = 0.1  # [s]
+_SOONEST = 0.1  # [s], shortest time to a fall on the scale of greys
 _SHIFTS = {LIFTS: (-0.16, 0.13), WEAVES: (-0.115, -0.03), UNDECIDED: (0.14, 0.02)}
 """Offset of labels from narrow regions, in widths and heights of the map."""
-_NAME_WIDTH = 0.12  # of a maneuver's name, in widths of the map
-_LEAST_PART_NAMED = 0.002  # smallest part of the map for which a region gets a name
+_NAME_WIDTH = 0.12  # width of the name of a maneuver, as a fraction of the map's width
+_LEAST_PART_NAMED = 0.002  # smallest fraction of the map that a region must cover to get a name
 _STYLE_OF_EDGE: dict[str, Any] = {
     "linestyle": "none",
     "marker": ".",
@@ -113,7 +114,7 @@ def limits(atlas: Atlas) -> list[EnergyCurve]:
         equations.energies([0.0, 0.0, 0.0, rate, 0.0, speed / k.length])
         for rate, speed in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))
     )
-    # Upright and straight, the kinetic energy is a sum of squares.
+    # In the upright and straight state, the kinetic energy is a sum of squares of the rates.
     ratio = (turning.kinetic - still.kinetic) / (rolling.kinetic - still.kinetic)
     rates = np.linspace(0.0, atlas.axes[1].values[-1], 400)
     found = []
@@ -172,7 +173,8 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     edge, x, y = atlas.edge, atlas.axes[0].values, atlas.axes[1].values
     if not len(edge.at):
         return
-    # Neighbouring binary64 numbers are one point in a picture.
+    # The two sides of the edge are neighbouring binary64 numbers, which cannot be distinguished in
+    # a picture. So draw only one of them.
     ax.plot(edge.at, edge.stays, zorder=3, **_STYLE_OF_EDGE)
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]

@@ -20,7 +20,8 @@ from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
 Quantities = Mapping[str, Array]
 
-_SECONDS_LOOKED_AHEAD = Fraction(10)  # [s]
+# [s], duration of the maneuver in which a wheel lift is searched for.
+_SECONDS_LOOKED_AHEAD = Fraction(10)
 
 
 def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
@@ -65,7 +66,8 @@ def bisect_boundary(
     at, stays, falls : ndarray
     """
     at, stays, falls = at.copy(), stays.copy(), falls.copy()
-    # Motions of the grid were computed less accurately, so check the ends again.
+    # Motions of the grid were computed less accurately, so determine the fates at both ends of the
+    # interval again.
     ends = [_fates(design, at, x) for x in (stays, falls)]
     is_kept = (ends[0] != FALLS) & (ends[0] != UNDECIDED) & (ends[1] == FALLS)
     while True:
@@ -103,8 +105,8 @@ def _fates(design: Design, first: Array, second: Array) -> Array:
     return fates(runs, starts, which, design.longest, is_brief=True)["fate"]
 
 
-_EDGE_SHARE = 0.3  # approximate share of the work
-_CHANGES_OF_JOB = 8  # number of changes that one job bisects
+_EDGE_SHARE = 0.3  # approximate share of the progress bar for the boundary
+_CHANGES_OF_JOB = 8  # number of changes of fate that one job bisects
 
 
 def make_atlas(
@@ -135,7 +137,7 @@ def make_atlas(
         heyoka or zarr is not installed.
     """
     store = AtlasStore(Path(folder), design, force=force)
-    # A stored boundary came from the same chunks, so it stays valid.
+    # The boundary in the store was computed from the same chunks, so it remains valid.
     has_edge = store.has_edge
     missing = {Job(chunk, (design, which)): which for which in store.missing()}
     total = sum(1 for _ in design.chunks())

@@ -55,9 +55,10 @@ LEAST_TURN = 0.1
 """The equations end at this divisor [rear wheel radii], see `turn_divisor`. Steps are as
 long as the distance to a singularity, which a coarse step could jump over."""
 
-_MOST_STEPS = 20_000  # in a window
-# Positions of the time and the norm in the state of the compiled step. The time is divided by a
-# power of two, which keeps it exact, and small compared with the norm in long runs.
+_MOST_STEPS = 20_000  # maximum number of steps in a window
+# Positions of the time and the norm in the state of the compiled step, and the divisor of the time.
+# The divisor is a power of two, so the time remains exact. In long runs it keeps the time small
+# compared with the norm.
 _CLOCK, _NORM, _TICK = STATE_SIZE, STATE_SIZE + 1, 1024.0
 
 
@@ -169,8 +170,9 @@ class Runs:
             while len(left):
                 found = self._propagate(states[left], which[left], at)
                 grid, times = found.samples[:, :STATE_SIZE], found.times
-                # A motion that ends interrupts the others, which are run again without it.
-                # A lane may reach its end in the very step that ends another.
+                # If one motion ends, the step stops all motions, and the others are run again
+                # without it.
+                # A lane may reach its end in the same step in which another motion ends.
                 is_there = times[: len(left)] == at[-1, 0]
                 is_done = is_there & np.isfinite(grid[-1, 0, : len(left)])
                 is_ready = is_done | (~is_there & ~np.array(found.are_interrupted[: len(left)]))
@@ -186,7 +188,7 @@ class Runs:
     def _propagate(self, states: Array, which: Array, at: Array) -> Lanes:
         """Integrate one window of a vector of motions."""
         step = self._code.step
-        # Unused lanes copy the first.
+        # Lanes that are not needed compute copies of the first motion.
         free = self._code.step.lanes - len(states)
         states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
         which = np.concatenate([which, np.repeat(which[:1], free)])

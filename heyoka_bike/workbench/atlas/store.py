@@ -274,7 +274,7 @@ def _checksum(values: Mapping[str, Array], *texts: str) -> int:
     for name in sorted(values):
         x = np.ascontiguousarray(values[name])
         found.update(f"{name} {x.shape} {x.dtype.str} ".encode() + x.tobytes())
-    # Never 0, which marks a missing chunk.
+    # The hash is never 0, because 0 marks a missing chunk.
     return int.from_bytes(found.digest()[:8], "little") | 1
 
 

@@ -26,7 +26,7 @@ from heyoka_bike.workbench.fast.ensemble import Ensemble
 from heyoka_bike.workbench.fast.simulate import prepare
 from heyoka_bike.workbench.fast.vector_code import LANES, Code, Loop, function, fused, module
 
-_CHAINS = 12  # more than the cycles of latency of a product
+_CHAINS = 12  # number of independent chains; it exceeds the latency of a product in cycles
 _LOOPS, _TURNS, _RUNS_OF_BATCHES = 5_000, 40, 20
 _COUNTED_OPERATIONS = ("*", "/", "sin", "cos")
 
@@ -50,7 +50,8 @@ def _peak() -> float:
     with Loop(c) as loop:
         loop.leave(loops[0] >= _LOOPS)
         values = memory.vectors().load(_CHAINS)
-        # Every chain waits only for its own products, and most turns do not access memory.
+        # A product waits only for the previous product of its own chain, and most turns do not
+        # access memory.
         for _ in range(_TURNS):
             values = fused(values, 0.5, values)
         memory.vectors().store(values)
@@ -74,7 +75,8 @@ _LONG_ROWS, _LONG_SECONDS = 1001, 1.0
 _MOTIONS = 4000
 _SECONDS_OF_MOTION = 10.0  # [s]
 _ENSEMBLE_TURNS, _STARTS_COMPARED = 7, 5
-# The range of the benchmark's maneuvers, within which the motion stays upright.
+# Ranges of the initial conditions of the benchmark's maneuvers. Within them the motion stays
+# upright.
 _RANGE_OF_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
 _SEED = 1
 

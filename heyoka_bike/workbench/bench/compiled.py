@@ -27,9 +27,10 @@ from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine, needed
 from heyoka_bike.workbench.fast.ensemble import FIFTH, STAGES, STEP, THIRD
 
 _STATE_LENGTH = 6
-_QUADRUPLE_DIGITS = 50  # binary128 has 34
+_QUADRUPLE_DIGITS = 50  # more than the 34 digits of binary128
 _TRIGONOMETRIC = ("sin", "cos")
-_ROWS_OF_BLOCK = 128  # rows; a block and its sines fit in the first-level cache
+# Number of rows in a block; a block and its sines fit in the first-level cache.
+_ROWS_OF_BLOCK = 128
 
 
 def slope_source(bicycle: Bicycle) -> str:
@@ -95,7 +96,8 @@ def columns_source(bicycle: Bicycle) -> str:
             f"for (long start = 0; start < n; start += {_ROWS_OF_BLOCK}) {{",
             f"const long stop = start + {_ROWS_OF_BLOCK} < n ? start + {_ROWS_OF_BLOCK} : n;",
             f"double {', '.join(f't_{n}[{_ROWS_OF_BLOCK}]' for n in first)};",
-            # One loop for each: compilers do not vectorise sine and cosine of one angle together.
+            # Write one loop for sines and one for cosines, because compilers do not vectorise the
+            # sine and cosine of the same angle together.
             *(
                 line
                 for name, text in first.items()
@@ -138,7 +140,7 @@ def operations(bicycle: Bicycle) -> dict[str, int]:
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
-        # A literal is always the first factor.
+        # The recorded products have a literal only as the first factor.
         kind = "scale" if kind == "*" and text[0].isdigit() else kind
         count[kind] = count.get(kind, 0) + 1
     return count
@@ -158,7 +160,7 @@ _SOLVE = ctypes.CFUNCTYPE(
     _LONG_INTEGER, ctypes.c_int, _POINTER, _LONG_INTEGER, _POINTER, _DOUBLE, _POINTER, _POINTER
 )
 _EVALUATE = ctypes.CFUNCTYPE(None, _POINTER, _POINTER, _POINTER)
-_MOST_SECONDS = 120  # [s], limit for compiling, which takes about 1 s
+_MOST_SECONDS = 120  # [s], time limit for compiling, which takes about 1 s
 
 
 class NoCompilerError(Exception):
@@ -177,7 +179,7 @@ class CompiledPeers:
     def __init__(self, bicycle: Bicycle) -> None:
         source = sums_source() + slope_source(bicycle) + columns_source(bicycle)
         library = _built("runge_kutta.c", source, "-lm")
-        # The function prototypes keep a reference to the library.
+        # The function prototypes keep a reference to the library, so it stays loaded.
         self._solve = _SOLVE(("solve", library))
         self._evaluate = _EVALUATE(("evaluate", library))
 
@@ -266,7 +268,7 @@ def _built(source: str, equations: str, *libraries: str) -> ctypes.CDLL:
         ]  # fmt: skip
         try:
             subprocess.run(command, check=True, capture_output=True, timeout=_MOST_SECONDS)
-            # The file is not needed after loading.
+            # The operating system keeps the loaded library, so the file may be removed.
             return ctypes.CDLL(str(library))
         except (OSError, subprocess.SubprocessError):
             raise NoCompilerError("does not compile") from None

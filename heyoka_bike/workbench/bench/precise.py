@@ -29,14 +29,16 @@ PRECISIONS: Sequence[str | int] = ("binary128", 70)
 DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 125, 250, 500, 1000)
 """Precisions whose cost is measured with heyoka only."""
 
-_TOLERANCE_BITS = 5  # bits of the tolerance beyond the precision, as in `integrate`
-_GUARD_BITS_OF_CONSTANTS = 64  # bits of the constants beyond those of the run
-# Parameters of the extrapolation in C: the fastest of 8 to 16 columns for an error of 1e-30. More
-# columns lose digits to their weights.
+_TOLERANCE_BITS = 5  # number of bits of the tolerance beyond the precision, as in `integrate`
+_GUARD_BITS_OF_CONSTANTS = 64  # number of bits of the constants beyond those of the run
+# Parameters of the extrapolation in C. Of 8 to 16 columns, 8 are the fastest for an error of 1e-30.
+# With more columns, their weights lose digits.
 _COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
-_QUADRUPLE = "binary128"  # precision of libquadmath
-_SAFETY_BITS = 8  # bits; a ball Taylor step's truncation is below the precision by this
-_LONG_STEP = 60.0  # [s]; if the first step takes longer, it is the step that is timed
+_QUADRUPLE = "binary128"  # name of the number format of libquadmath
+# Number of bits by which a Taylor step in ball arithmetic keeps its truncation error below the
+# precision.
+_SAFETY_BITS = 8
+_LONG_STEP = 60.0  # [s]; if the first step takes longer than this, it is the step that is timed
 
 
 def precise(
@@ -59,7 +61,7 @@ def precise(
         found.append(_mpmath(published, p, mpmath_span))
         found.append(_balls(published, p))
         if name == _QUADRUPLE:
-            # Without a compiler, C is left out.
+            # If there is no compiler, the code in C is left out.
             with contextlib.suppress(NoCompilerError):
                 found.append(_extrapolated(published, p, runs))
     return found
@@ -117,7 +119,7 @@ def _balls(published: Trajectory, p: Precision) -> Measured:
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        # flint stores the length of all series in a global variable.
+        # flint stores the maximum length of all series in a global variable.
         flint.ctx.cap = n
         with balls.precision():
             rates = equations.rates([flint.arb_series(c, n) for c in y])
@@ -185,7 +187,8 @@ def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
     def step(_: float) -> None:
         marks.append(time.perf_counter())
         if len(marks) == 1 and marks[0] - begin > _LONG_STEP:
-            # Building takes a hundredth of the first step.
+            # Building the code takes only a hundredth of the time of the first step, so it is timed
+            # together with this step.
             marks.insert(0, begin)
             raise _EnoughError
         if len(marks) > 1 and marks[-1] - marks[0] > longest:
@@ -194,7 +197,7 @@ def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
     count = published.steps
     with contextlib.suppress(_EnoughError):
         count = integrate(published.bicycle, published.maneuver, p, progress=step).steps
-    # A short first step is not timed, because it includes building.
+    # A short first step is not timed, because its time includes building the code.
     timed = len(marks) - 1
     per_step = (marks[-1] - marks[0]) / timed
     return {

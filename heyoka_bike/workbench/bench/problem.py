@@ -97,7 +97,7 @@ class ReferenceProblem:
                 lambda x: constant(number(x.str(60, radius=False))), Expressions()
             )
         *state, _ = variables(equations.states)
-        # No column depends on the yaw.
+        # The columns do not depend on the yaw, so it is set to zero.
         found = equations.columns([*state, constant(number("0"))])
         compiled = Compiled([found[name] for name in BENCHMARK_COLUMNS], state, number)
         return lambda states: compiled(states.T)

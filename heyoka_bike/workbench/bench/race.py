@@ -162,7 +162,8 @@ class Heyoka(TimedCode):
             is_compact=self.is_compact,
             tolerance=None if tolerance is None else number(tolerance),
         )
-        # The compiled code depends only on the order and is reused, so the first build counts.
+        # The compiled code depends only on the order, and later runs reuse it. So the time of the
+        # first build counts.
         build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
 
         columns = problem.columns(number)
@@ -195,7 +196,7 @@ class Tuned(TimedCode):
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # The compiled code serves all tolerances, so the first build counts.
+        # All tolerances use the same compiled code, so the time of the first build counts.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
@@ -238,7 +239,8 @@ class Compiled(TimedCode):
         peers, build = self._peers
         start, times = problem.start(float), problem.times
         method = self.name.split()[-1]
-        # The error of RK4 is proportional to the fourth power of the step.
+        # For RK4, `tolerance` stands for the fourth power of the step, because the error is
+        # proportional to this power.
         chosen = tolerance**0.25 if method == "RK4" else tolerance
 
         def run() -> tuple[Array, int, Array]:
@@ -273,8 +275,8 @@ class Exudyn(TimedCode):
     """The four-body model in Exudyn of ``data/peers``, with a fixed step and its definitions."""
 
     counts: str = "steps"
-    # Each row needs at least one step. The method is of second order, so small errors would take
-    # too long.
+    # Number of steps per row. At least one step is needed. The method is of second order, so small
+    # errors would take too long.
     steps_per_row: tuple[int, ...] = (1, 2, 4, 8)
 
     @cached_property
@@ -285,7 +287,7 @@ class Exudyn(TimedCode):
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        # A dataclass looks up its module in sys.modules.
+        # When a dataclass is defined, it looks up its module in sys.modules.
         sys.modules[spec.name] = module
         spec.loader.exec_module(module)
         return module
@@ -361,12 +363,13 @@ CLASSES: Mapping[str, str] = {
 OnPart = Callable[[str, float], None]
 """Called with a description of the current work and the completed fraction, 0 to 1."""
 
-# [s] for all runs of a code; a slow code runs less often, but at least `_MIN_RUNS` times
+# Total time for all runs of a code [s], and minimum number of runs. A slow code has fewer runs, but
+# at least this many.
 _SECONDS, _MIN_RUNS = 3.0, 3
-_WARM = 0.003  # [s] of uncounted runs; a longer run warms up by itself
+_WARM = 0.003  # duration of the untimed warm-up runs [s]; a longer run warms up by itself
 _COLD_RUNS = 5
-_BYTES_PAST_CACHES = 64 * 2**20  # bytes, more than the processor's caches
-# Tolerances of the work-precision figure, as grid indices: two per decade.
+_BYTES_PAST_CACHES = 64 * 2**20  # [bytes], more than the processor's caches can store
+# Tolerances of the work-precision figure, as indices into the list of tolerances: two per decade.
 _TOLERANCES_SWEPT = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
@@ -435,8 +438,8 @@ def bench(
                 if is_quick and line.code.name == "heyoka unrolled":
                     line.status = "left out"
                     continue
-                # The other forms of heyoka have the same truncation error, so they start at its
-                # tolerance.
+                # The other forms of heyoka's code have the same truncation error, so their trials
+                # begin with the tolerance found for the first form.
                 is_form = isinstance(line.code, Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
                 if isinstance(line.code, Heyoka) and line.trial is not None and not passed:
@@ -499,7 +502,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
     try:
         if isinstance(line.code, Exudyn):
-            # Exudyn chooses its steps itself, for the first class.
+            # In the class "performance", Exudyn chooses its steps itself.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
                 line.trial = None
@@ -517,7 +520,8 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
 def _loosest(excess: Callable[[int], float]) -> int | None:
     """Return the loosest tolerance that passes, as an index; None if there is none."""
-    # Errors are about proportional to tolerances, so one trial gives an estimate.
+    # The error is about proportional to the tolerance, so one trial gives an estimate of the
+    # tolerance needed.
     i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
     if excess(i) >= 0:
         return _first(excess, i + 1)
@@ -580,6 +584,6 @@ def _pinned() -> Iterator[None]:
 def _quiet() -> Iterator[None]:
     """Switch off heyoka's caches, so that building is always timed as new, and warnings."""
     with caches_off(), warnings.catch_warnings(), np.errstate(all="ignore"):
-        # Far from their limits the peers overflow, or warn that they cannot continue.
+        # Far from their limits, the other codes overflow or warn that they cannot continue.
         warnings.simplefilter("ignore")
         yield

@@ -237,7 +237,7 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
                 markersize=3,
                 label=name,
             )
-        # Higher accuracy is to the right.
+        # Invert the axis, so that higher accuracy is to the right.
         ax.invert_xaxis()
         ax.set_xlabel("largest error of roll, steer [rad], their rates [rad/s] and speed [m/s]")
         ax.set_ylabel("shortest time, rows included [ms]")

@@ -40,17 +40,19 @@ from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.showing.document import Block, Paragraph, TableBlock
 from heyoka_bike.workbench.boxes.box_range import Affines, Function, Side, corner, sign_over, slopes
 
-# Guard bits beyond the digits requested: some hundred operations lose a digit or two, powers of v
-# more.
+# Number of guard bits beyond the digits requested. Some hundred operations lose a digit or two, and
+# powers of v lose more.
 _BITS_OF_RANGES = 64
 _BITS_PER_DIGIT = Fraction(7, 2)
 
-# v^2 above any capsize speed of interest [m^2/s^2].
+# Upper limit of v^2 in the search for capsize speeds [m^2/s^2]. It is above any capsize speed of
+# interest.
 _HIGH = 10**6
-# Each step goes to the corner that the previous one indicates; two or three steps reach the
-# extreme.
+# Maximum number of steps. Each step goes to the corner of the box that the previous step indicates.
+# Two or three steps reach the extreme.
 _MAX_STEPS = 10
-# Powers of two by which v^2 moves outward if a margin for roundoff does not suffice for the proof.
+# Exponents of two. If the margin for roundoff does not suffice for the proof, v^2 moves outward by
+# these relative margins, one after another.
 _MARGINS = (-20, -16, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1)
 
 Interval = tuple[Fraction, Fraction | None]
@@ -430,7 +432,7 @@ def _sqrt(x: Number) -> Number:
     return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()
 
 
-# More digits make no sense for an estimate of first order.
+# The estimate is of first order only, so more digits would have no meaning.
 _DEVIATION_DIGITS = 3
 
 

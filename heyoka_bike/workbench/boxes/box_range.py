@@ -139,8 +139,8 @@ Side = tuple[flint.arb, flint.arb]
 Function = Callable[[Sequence[Number]], Number]
 """A function of balls, affine numbers and dual numbers over either, in any mixture."""
 
-# A part costs about 0.1 s with 26 variables. Measured bicycles within one standard deviation need
-# one.
+# Maximum number of parts into which the box is divided. One part costs about 0.1 s with 26
+# variables. Boxes of one standard deviation about measured bicycles need one part.
 _MAX_PARTS = 12
 
 
@@ -184,7 +184,7 @@ def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
 def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.arb]:
     """Return the derivatives of a function at a point with respect to each variable."""
     found: Dual = f(Duals(balls).variables(point))
-    # A structurally zero derivative is an integer.
+    # A derivative that is zero by the structure of the formula is an integer.
     return [flint.arb(s) for s in found.slopes]
 
 
@@ -221,7 +221,8 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
             (side[ends[i]], side[ends[i]]) if i in ends else side for i, side in enumerate(sides)
         )
     centre = [_middle(side) for side in sides]
-    # Distance to the farther end, because a rounded middle is not exactly in the middle.
+    # Distance from the middle to the farther end of each side. The middle is rounded, so the two
+    # ends are not equally far.
     reach = {i: (sides[i][1] - centre[i]).max(centre[i] - sides[i][0]) for i in rates}
     shares = {i: abs(s) * reach[i] for i, s in rates.items()}
     bounds = [_upper(value), _upper(f(centre) + sum(shares.values()))]

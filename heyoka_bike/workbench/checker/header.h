@@ -212,12 +212,12 @@ enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 2 * UB_U
 #define UB_HALF 0.5
 #define UB_NEAR 0.02
 #define UB_FAR_ZERO 0.1
-#define UB_KNOWN 1e-15    /* of the scale: what binary64 can tell */
+#define UB_KNOWN 1e-15    /* of the scale: what binary64 resolves */
 #define UB_LARGEST 1e150  /* no program means more */
 
 typedef struct ub_sample {
     int count, is_from_start;
-    double scale, written, known; /* half a written digit, and what binary64 can tell */
+    double scale, written, known; /* half a written digit, and what binary64 resolves */
     double time[UB_SAMPLE], value[UB_SAMPLE], exact[UB_SAMPLE], error[UB_SAMPLE];
 } ub_sample;
 

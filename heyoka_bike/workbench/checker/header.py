@@ -28,7 +28,7 @@ from heyoka_bike.scoring.units import UNITS, factor
 from heyoka_bike.showing.wording.grade_text import WORDS
 from heyoka_bike.showing.wording.verdict_text import PHRASES
 
-# Variables of the reduced equations, with the forward speed instead of the spin.
+# State variables of the reduced equations, with the forward speed in place of the spin.
 _STATES_STORED = (
     "roll_angle",
     "pitch",
@@ -38,7 +38,7 @@ _STATES_STORED = (
     "forward_speed",
     "yaw",
 )
-# Chebyshev coefficients whose sum is below this fraction of the scale are left out.
+# Fraction of the scale: trailing Chebyshev coefficients whose sum is below it are left out.
 _NEGLIGIBLE = 2.0**-57
 _PER_LINE = 4
 

@@ -45,7 +45,7 @@ SCRIPTS = ("judging.js", "reading.js", "recognising.js")
 
 _SHOWING = (PITCH_SCRIPT, _HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
 _BEGIN = '"use strict";\nconst data = JSON.parse(document.getElementById("data").textContent);\n'
-# Spellings that people use for the units that the checker tries.
+# Ways to write the units that the checker tries.
 _SPELLINGS = (
     "s", "ms", "sec", "seconds", "rad", "radian", "radians", "deg", "degree", "degrees", "\u00b0",
     "rad/s", "rad s-1", "rad s^-1", "rad*s^-1", "deg/s", "deg s-1", "degree/s", "degrees/s",
@@ -129,10 +129,10 @@ def kinematics_source(bicycle: Bicycle) -> str:
         return [front_contact_height(e.k, e.a, *y)]
 
     def rolling(e: Equations, y: Sequence[Number]) -> Sequence[Number]:
-        # The state of the regular form, as in `motion_3d`.
+        # This is the state of the regular form, as in `motion_3d`.
         state = [*y[:5], y[5] / (e.k.length * e.k.rear.r)]
         o, u = e.unfold(state)
-        zeros = [e.a.number(0)] * 3  # yaw and position
+        zeros = [e.a.number(0)] * 3  # yaw, and x and y position
         ahead = Configuration.of(e, [*state, *zeros]).places()["front_contact"][:2]
         return [yaw_rate(o, u), *wheel_rates(e.k, u), track_speeds(e.k, u)[0], *ahead]
 

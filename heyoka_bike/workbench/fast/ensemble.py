@@ -55,12 +55,13 @@ STEP, THIRD, FIFTH = (_weights(_TABLE[name]) for name in ("step", "third", "fift
 ENDS = "ends"
 """Name of the function, see `ends_source`."""
 
-_LAST_STAGE = len(STAGES)  # the evaluation at the end of a step
-_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0  # of the step control
+_LAST_STAGE = len(STAGES)  # index of the evaluation at the end of a step
+# Factors of the step control.
+_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0
 _SHORTEST_STEP = 2.0**-30  # [s]
-_FIRST_STEP = 0.1  # [s] first step, per root of the tolerance
-# Limits on the energy drift of a motion that is not singular, relative to the tolerance and to the
-# energy: ten times the usual drift.
+_FIRST_STEP = 0.1  # [s], first step divided by the root of the tolerance
+# A motion is not singular if its energy drift, relative to the energy, is at most the larger of
+# this many tolerances and this roundoff. These limits are ten times the usual drift.
 _LARGEST_STATE, _ROUNDING = 100.0, 1e-11
 _NAN = float("nan")
 
@@ -91,7 +92,7 @@ def ends_source(equations: Equations) -> str:
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
             now, is_ended = t[0], t[0] >= until
-            # The step is the exact increment of the clock; zero once the end is reached.
+            # The step is exactly the increment of the clock. It is zero once the end is reached.
             to = (wish[0] >= until - now).choose(until, now + wish[0])
             h = to - now
             for number, row in enumerate(STAGES, start=1):
@@ -110,7 +111,7 @@ def ends_source(equations: Equations) -> str:
                 .at_most(_MOST_CHANGE_OF_STEP)
                 .at_least(_LEAST_CHANGE_OF_STEP)
             )
-            # If the error is NaN, shrink the step as far as allowed.
+            # If the error is NaN, shorten the step as much as the step control allows.
             scaled = h * (error <= error).choose(change, _LEAST_CHANGE_OF_STEP)
             call_rates(after, k[_LAST_STAGE])
             is_lost = ~is_good & (scaled < _SHORTEST_STEP) & ~is_ended
@@ -119,7 +120,7 @@ def ends_source(equations: Equations) -> str:
             lost.store(v.choose(is_good, rests, lost.load()))
             k[0].store(v.choose(is_good, k[_LAST_STAGE].load(), k[0].load()))
             t[0] = is_lost.choose(until, is_good.choose(to, now))
-            # Finished motions keep a nonzero step.
+            # Keep a nonzero step for motions that have ended.
             wish[0] = is_ended.choose(first, scaled)
             steps[0] += 1
         *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
@@ -161,7 +162,8 @@ TOLERANCES: Mapping[str | float, float] = {
 4000 other starts, one in a hundred is less accurate, by up to a factor of five."""
 
 _ARGUMENTS_OF_ENSEMBLE = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
-# Motions per job of a thread: small enough that no thread gets all the slow motions.
+# Number of motions in each job of a thread. It is so small that no thread gets all the slow
+# motions.
 _MOTIONS_OF_A_PART = 16 * LANES
 
 
@@ -214,7 +216,7 @@ class Ensemble:
         states = _states(self._constants, np.asarray(starts, dtype=float))
         order = np.argsort(states[STATE_SIZE - 1])
         count = len(order)
-        # Fill up the last vector with copies of its first motion.
+        # Fill up the last vector of motions with copies of its first motion.
         filled = np.concatenate([order, np.full(-count % LANES, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))

@@ -39,7 +39,7 @@ from heyoka_bike.workbench.fast.vector_code import (
 )
 
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
-_Parameters = tuple[tuple[str, Exact], ...]  # of a bicycle
+_Parameters = tuple[tuple[str, Exact], ...]  # parameters of a bicycle: their symbols and values
 
 ACCURACIES: Mapping[str | float, float] = {
     "eq1": 3e-5,
@@ -55,13 +55,15 @@ ACCURACIES: Mapping[str | float, float] = {
 means eq. (1) below 1e-3 percent; a number is the largest error of roll and steer angle [rad], their
 rates [rad/s] and the speed [m/s] over 10 s."""
 
-_BITS_OF_START = 256  # for the initial state
+_BITS_OF_START = 256  # number of bits in which the initial state is computed
 _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
 _ARGUMENTS_OF_RUN = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
 _LEAST_ROWS, _MOST_ROWS_OF_RUN = 2, 1_000_001
-_RUNS_KEPT = 32  # size of the cache of prepared runs
-# The energy drifts by 0.2 times the tolerance, and by rounding. A step over a singularity changes
-# it by a large fraction.
+_RUNS_KEPT = 32  # maximum number of prepared runs in the cache
+# Largest drift of the energy, as a number of tolerances and as roundoff; factor by which the
+# tolerance is reduced if the drift is larger; and smallest tolerance. Usually the energy drifts by
+# 0.2 times the tolerance, and by rounding. A step over a singularity changes it by a large
+# fraction.
 _LARGEST_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
@@ -110,8 +112,9 @@ def _motion(run: Any, start: Array, times: Array, tolerance: float) -> Callable[
     callable
         Integrates; the optional argument, shape (6, rows), receives the states.
     """
-    # A run takes about ten microseconds, and `ndarray.ctypes` one microsecond for an address. So
-    # fixed addresses are taken once, and the address of the result comes from its buffer.
+    # A run takes about ten microseconds, and `ndarray.ctypes` takes one microsecond to return an
+    # address. So the addresses of fixed arrays are read only once, and the address of the result
+    # comes from its buffer.
     given = start.ctypes.data, len(times), times.ctypes.data, tolerance, MOST_STEPS
     return partial(_carry_out, run, (start, times), given)
 
@@ -265,7 +268,7 @@ class Prepared:
             self._prepare(is_regular=True)
             found = self._solutions()
         self.steps = tuple(x.steps for x in found)
-        # For one maneuver no copy is needed.
+        # A single maneuver needs no copy of its columns.
         columns = [x.columns for x in found]
         return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
 
@@ -296,7 +299,8 @@ class Prepared:
                 if tolerance < _LEAST_TOLERANCE:
                     raise _singular("before", x)
                 x = _motion(self._run, start, self.times, tolerance)()
-            # Leave the few-product form if the mechanical trail is small or changes sign.
+            # Change from the form with few products to the regular form if the mechanical trail is
+            # small or changes its sign.
             is_clear = x.least_trail > LEAST_TRAIL or x.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (x.steps > 0 and is_clear):
                 raise TrailTooSmallError

@@ -74,14 +74,15 @@ def collocation() -> Collocation:
         powers = flint.arb_mat([[c**j for j in range(LANES)] for c in points])
         integrals = flint.arb_mat([[c**j / j for j in range(1, LANES + 1)] for c in points])
         integral = integrals * powers.inv()
-        # The increment is zero at the beginning, which determines coefficient 0.
+        # The increment is zero at the beginning of the step, which determines the coefficient of
+        # order 0.
         chebyshev = [
             [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, LANES + 1)] for c in points
         ]
         inverse, series = _rounded(integral.inv()), _rounded(flint.arb_mat(chebyshev).inv())
     values, vectors = np.linalg.eig(inverse)
     chosen = values.imag > 0
-    # Factors from the identity z + conj(z) = 2 Re z.
+    # These factors follow from the identity z + conj(z) = 2 Re z.
     from_modes = 2 * np.hstack([vectors[:, chosen].real, -vectors[:, chosen].imag])
     return Collocation(
         points=np.array(points, dtype=float),
@@ -191,7 +192,7 @@ class RowWriter:
         self._count, self._times, self._columns, self._states = count, times, columns, states
         self.row = c.variable(0)
         self._aligned = v.Register(c, "i32", "8")  # size of an address [bytes]
-        # Minimum and maximum of mechanical trail and energy.
+        # Memory for the minimum and maximum of the mechanical trail and of the energy.
         self._extremes = c.memory(4)
         self._extremes.store([float("inf"), -float("inf")] * 2)
 
@@ -252,14 +253,19 @@ def _clenshaw(series: v.Memory, zeroth: v.Register, x: v.Register, twice: v.Regi
 RUN = "run"
 """Name of the function, see `run_source`."""
 
-_DIFFERENCE = 2.0**-24  # relative step of the differences for the Jacobian: half of the digits
+# Relative step of finite differences for the Jacobian; they are accurate to half of the digits.
+_DIFFERENCE = 2.0**-24
 _MOST_ITERATIONS = 12
-_DIVERGING = 0.5  # stop an iteration that does not halve its change
-_CLOSE = 0.02  # of the tolerance: Newton's iteration ends if its next change will be smaller
-_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 0.25, 2.5  # of the step controller
-_MOST_ERROR = 4.0  # of the tolerance; a step with a larger error is repeated
+# An iteration is stopped if its change is more than this factor of the previous change.
+_DIVERGING = 0.5
+# Fraction of the tolerance: Newton's iteration ends if its next change will be smaller.
+_CLOSE = 0.02
+# Factors of the step controller.
+_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 0.25, 2.5
+_MOST_ERROR = 4.0  # number of tolerances: a step with a larger error is repeated
 _SHORTEST_STEP = 2.0**-30  # [s]
-_FIRST_PART = 0.25  # first step: this times the root of the tolerance over the fastest rate
+# The first step is this times the root of the tolerance, divided by the fastest rate.
+_FIRST_PART = 0.25
 _JOINED = 1.01  # stretch a step by at most this factor to avoid a tiny last step
 
 
@@ -287,8 +293,8 @@ def run_source(equations: Equations) -> str:
         begin, (slopes, jacobian) = t[0], step.begin()
         with v.Loop(c) as attempt:
             is_last = step.wish[0] * _JOINED >= end - begin
-            # The step is the exact increment of the clock, or the clock would drift from the
-            # motion.
+            # The step is exactly the increment of the clock. Otherwise the clock would drift away
+            # from the motion.
             after = is_last.choose(end, begin + step.wish[0])
             h = after - begin
             run.leave(~(h >= _SHORTEST_STEP))
@@ -320,9 +326,11 @@ class _Step:
 
     def __init__(self, c: v.Code, tolerance: v.Register) -> None:
         self._code, self._tolerance, self._constants = c, tolerance, collocation()
-        # Matrix from residuals at the points to the right side in modes, for length 1.
+        # Matrix that converts residuals at the points to right sides of the linear systems in
+        # modes, for a step of length 1.
         self._from_rest = self._constants.to_modes @ np.linalg.inv(self._constants.integral)
-        # States at the points, increments since the beginning, derivatives, right sides in modes.
+        # Memory for the states at the points, the increments since the beginning of the step, the
+        # derivatives, the right sides in modes, and the series.
         self._y, self._z, self._f, self._right, self.series = (c.memory() for _ in range(5))
         self.state, self.lost, self.zeroth = (c.memory(kind=v.ONE) for _ in range(3))
         self.wish = c.variable(0.0)
@@ -334,7 +342,7 @@ class _Step:
         """
         values = self.state.load()
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
-        # The actual increment after rounding.
+        # Use the increment that remains after rounding, not the intended one.
         units = (values + units) - values
         places = [self._code.vector(x) for x in np.eye(v.STATE_SIZE, v.LANES, 1)]
         self._y.store(v.fused(units, places, values))
@@ -358,12 +366,13 @@ class _Step:
         for i in range(v.STATE_SIZE):
             matrix[i, i] = Complex(matrix[i, i].re + re, im)
         factor(matrix)
-        # Start with zero increments: the derivatives at all points are those at the beginning.
+        # Begin with increments of zero, so the derivatives at all points equal those at the
+        # beginning of the step.
         self._right.store(slopes * c.vector(self._from_rest @ m.points))
         self._z.store([0.0] * v.STATE_SIZE)
         base = [x.spread() for x in self.state.load()]
         count, before = c.variable(1), c.variable(float("inf"))
-        # Used if the iteration does not converge.
+        # This step size is used if the iteration does not converge.
         self.wish[0] = h * 0.5
         with v.Loop(c) as iteration:
             right = np.array([Complex.of_halves(x) for x in self._right.load()])
@@ -371,14 +380,15 @@ class _Step:
             changes = v.products(m.from_modes, self._f)
             self._z.store(self._z.load() + changes)
             size = _largest(changes).at_least(0.0).over_places("fmax")
-            # Assume that changes shrink at a constant ratio; the first change has no ratio yet.
+            # Assume that the changes shrink at a constant ratio. The first change has no previous
+            # one, so it must itself be small enough.
             ratio, goal = size / before[0], self._tolerance * _CLOSE
             iteration.leave((count[0] > 1).choose(size * ratio <= goal, size <= goal))
             attempt.again((ratio >= _DIVERGING) | (count[0] >= _MOST_ITERATIONS))
             self._y.store(self._z.load() + base)
             call_rates(self._y, self._f)
-            # Residual of the equations: increments from the derivatives minus the present
-            # increments.
+            # Residual of the collocation equations: the increments computed from the derivatives,
+            # minus the present increments.
             self._y.store(v.fused(h.spread(), v.products(m.integral, self._f), -self._z.load()))
             self._right.store(v.products(self._from_rest, self._y) * inverse.spread())
             count[0], before[0] = count[0] + 1, size
@@ -387,7 +397,7 @@ class _Step:
         """Accept or reject a step by the end of its series, and choose the next length."""
         self.series.store(v.products(self._constants.series, self._z))
         error = _largest(_last(self.series))
-        # A maximum ignores NaN; a sum does not.
+        # If a number is NaN, a sum is NaN, but a maximum is not.
         total = sum(_last(self._z), error)
         is_number = total <= total
         change = v.eighth_root(self._tolerance / error) * _SAFETY
@@ -400,7 +410,8 @@ class _Step:
 
     def advance(self) -> None:
         """Advance to the state at the end of the step."""
-        # The polynomial begins at the state, which determines its constant coefficient.
+        # The polynomial begins at the state at the beginning of the step, which determines its
+        # constant coefficient.
         signs = self._code.vector([1.0, -1.0] * (v.LANES // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])

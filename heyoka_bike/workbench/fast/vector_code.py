@@ -31,9 +31,9 @@ VECTOR, HALF_VECTOR = f"<{LANES} x {ONE}>", f"<{LANES // 2} x {ONE}>"
 INTEGERS, BITS = f"<{LANES} x {INTEGER}>", f"<{LANES} x {BIT}>"
 _INTRINSIC_SUFFIXES = {ONE: "f64", VECTOR: f"v{LANES}f64", HALF_VECTOR: f"v{LANES // 2}f64"}
 
-# Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), accurate to half a
-# unit of roundoff: the minimax coefficients of Sun's fdlibm (k_sin.c, k_cos.c), highest power
-# first.
+# Coefficients of sine and cosine on -pi/4 to pi/4, approximated by x + x^3 S(x^2) and 1 - x^2/2 +
+# x^4 C(x^2) to half a unit of roundoff. They are the minimax coefficients of Sun's fdlibm (k_sin.c,
+# k_cos.c), highest power first.
 _SINE = (
     1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06,
     -1.98412698298579493134e-04, 8.33333333332248946124e-03, -1.66666666666666324348e-01,
@@ -42,11 +42,12 @@ _COSINE = (
     -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.75573143513906633035e-07,
     2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02,
 )  # fmt: skip
-# pi/2 in three parts; the first two end in zero bits, so that small multiples of them are exact.
+# Three parts whose sum is pi/2. The first two end in zero bits, so that small multiples of them are
+# exact.
 _QUARTER = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 _TO_QUARTERS = 0.63661977236758134308
-# Adding and subtracting this number rounds to the nearest integer; the last bits of the sum are the
-# integer.
+# Adding and subtracting this number rounds to the nearest integer. The last bits of the sum are
+# this integer.
 _INTEGER = 6755399441055744.0
 
 Registers = np.ndarray[Any, np.dtype[np.object_]]
@@ -372,7 +373,7 @@ def products(matrix: Array, columns: Memory) -> Registers:
 
 def weighted(values: Sequence[Any], factors: Sequence[Operand]) -> Any:
     """Return a sum of products, for registers or arrays of them."""
-    # Two partial sums, so that the processor can overlap their operations.
+    # Compute two partial sums, so that the processor can overlap their operations.
     sums: list[Any] = []
     for x, factor in zip(values, factors, strict=True):
         sums.append(x * factor if len(sums) < 2 else fused(x, factor, sums[-2]))

@@ -161,7 +161,7 @@ def plot(
         return tuple(written(every))
     figures = []
     for one, _ in every:
-        # Let notebooks show the figure, although it is not registered with pyplot.
+        # This lets notebooks show the figure, although it is not registered with pyplot.
         vars(one)["_repr_png_"] = partial(render, one, "png")
         figures.append(one)
     return figures[0] if len(figures) == 1 else tuple(figures)

@@ -27,11 +27,12 @@ _HEIGHT_OF_FIGURE = 5.0  # [inch]
 _DIGITS_OF_SPEEDS = 15
 _DECIMALS = 5
 _POINTS_OF_BRANCH = 100
-# A branch starts at this fraction of its length from its ends. Where two eigenvalues meet they
-# change like a square root: at this distance by 1e-4 of the width of the figure, so they are surely
-# distinct.
+# Distance of the first and last point of a branch from its ends, as a fraction of its length. Where
+# two eigenvalues meet, they change like a square root. At this distance they differ by 1e-4 of the
+# width of the figure, so they are surely distinct.
 _SPEEDS_APART = 1e-8
-_REAL = (-8.5, 8.5)  # [1/s]; the castering mode leaves this range, and nothing happens beyond
+# [1/s]; only the castering mode leaves this range, and nothing else happens beyond it.
+_REAL = (-8.5, 8.5)
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
 
@@ -45,8 +46,9 @@ _LOOKS: dict[str, Any] = {
 }
 _WITHOUT_PAIR = ("castering", "capsize", "weave", "weave")
 _WITH_PAIR = ("castering", "capsize", "weave")
-# Keys: the numbers of complex pairs one after another as the speed grows, then the number of pairs.
-# Values: names of the real eigenvalues in ascending order, then of the pairs.
+# The outer key lists the numbers of complex pairs in the successive ranges of speed. The inner key
+# is the number of pairs in a range. The value lists the names of the real eigenvalues in ascending
+# order, then those of the pairs.
 _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
     (0, 1): {0: _WITHOUT_PAIR, 1: _WITH_PAIR},
     (1,): {1: _WITH_PAIR},
@@ -109,7 +111,7 @@ def _mark_critical_speed(ax: Axes, what: str, speed: float, side: int) -> None:
     if speed > FASTEST:
         return
     ax.plot(speed, 0.0, "o", markersize=5, color=BLACK, markerfacecolor="white", zorder=3)
-    # Truncate instead of rounding, because dots indicate that more digits follow.
+    # Truncate instead of rounding, because the dots indicate that more digits follow.
     digits = floor(speed * 10**_DECIMALS) / 10**_DECIMALS
     ax.annotate(
         f"{what}\n{digits:.{_DECIMALS}f}\N{HORIZONTAL ELLIPSIS} m/s", (speed, 0.0),
@@ -153,7 +155,7 @@ def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
 
 def _eigenvalues(linear: Linearisation, a: float, b: float) -> tuple[Array, Array, Any]:
     """Return speeds, and real eigenvalues and complex pairs at each, in ascending order."""
-    # Points are dense at both ends, where branches may be steep.
+    # Points are closer together near both ends, where a branch may be steep.
     inside = (1 - np.cos(np.linspace(0.0, np.pi, _POINTS_OF_BRANCH))) / 2
     speed = a + (b - a) * np.clip(inside, _SPEEDS_APART, 1 - _SPEEDS_APART)
     found = [linear.eigenvalues(linear.g.context.mpf(float(v))) for v in speed]

@@ -101,7 +101,7 @@ def _draw_energies(figure: Figure, ax: Axes, maneuver: ReferenceManeuver) -> Non
         label = f"{name.replace('_', ' ')}, initially {values[0]:.1f} J"
         ax.plot(maneuver.time, values - values[0], label=label, **look)
     ax.set_ylabel(_ENERGY_LABEL)
-    # Put the legend below the axes; inside it would cover the curves of some maneuver.
+    # Put the legend below the axes. Inside the axes it would cover the curves of some maneuver.
     figure.legend(
         *ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False,
         handlelength=2.2, columnspacing=1.5,

@@ -28,11 +28,12 @@ _COLUMNS_OF_RANKING = (
     doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
     doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
 )  # fmt: skip
-# Entries of a submission in the order in which they are shown.
+# Fields of a submission in the order in which the page shows them.
 _SAID_OF_ENTRIES = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
 _FIGURE_HEIGHT = 420
-# Lower limit of the picture: beyond an error of ten times the largest value, digits mean nothing.
+# Lower limit of the picture [digits]. It corresponds to an error of ten times the largest value;
+# worse digits have no meaning.
 _LOWEST_DIGITS_DRAWN = -1.0
 
 

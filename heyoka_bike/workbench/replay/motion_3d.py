@@ -27,8 +27,8 @@ State = Callable[[Array], Mapping[str, Array]]
 STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Columns that determine the motion, in their default definitions."""
 
-# Number of nodes in a step, and its maximum length [s]. With these, shorter steps change the
-# positions in the benchmark's maneuvers by no more than roundoff.
+# Number of quadrature nodes in a step, and maximum length of a step [s]. Shorter steps than this
+# change the positions in the benchmark's maneuvers by no more than roundoff.
 _NODES_OF_QUADRATURE, _LONGEST_STEP = 12, 0.05
 
 
@@ -159,7 +159,8 @@ def _summed(first: float, steps: Array) -> Array:
 def _collocation() -> tuple[Array, Array, Array]:
     """Return Gauss nodes and weights on 0..1, and weights of integrals from 0 to each node."""
     x, w = np.polynomial.legendre.leggauss(_NODES_OF_QUADRATURE)
-    # Integrals of Legendre polynomials, and the polynomial through values at the nodes.
+    # Integrals of the Legendre polynomials, and the matrix from values at the nodes to the
+    # coefficients of the interpolating polynomial.
     degrees = np.arange(_NODES_OF_QUADRATURE)
     values = np.polynomial.legendre.legvander(x, _NODES_OF_QUADRATURE)
     integrals = np.empty((_NODES_OF_QUADRATURE, _NODES_OF_QUADRATURE))

@@ -61,10 +61,11 @@ _SHORT_NAMES = {
 START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
 """Call of `SCRIPT` on pages where nothing else starts it."""
 _COUNTED = ("rear_wheel", "front_wheel", "track")
-# Decimal places [m, rad, m/s]: finer than a pixel at any camera distance and exaggeration of roll
-# and steer.
+# Number of decimal places of positions, angles and speeds [m, rad, m/s]. They are finer than a
+# pixel at any camera distance and any exaggeration of roll and steer.
 _DECIMALS_OF_PLACES = 6
-# Significant digits of a difference, which may be magnified a million times.
+# Number of significant digits of a difference between two motions, which the page may magnify a
+# million times.
 _DIGITS_OF_DRAWING = 5
 
 
@@ -94,7 +95,7 @@ class Page:
         return f"<replay of {len(self.html) / 1e6:.1f} MB, for a notebook or .save(...)>"
 
     def _repr_html_(self) -> str:
-        # A frame keeps the page's script away from the notebook.
+        # The frame isolates the page's script from the notebook.
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" title="replay" '
             f'style="width: 100%; height: {_NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
@@ -270,7 +271,8 @@ def _charts(scene: Scene) -> list[str]:
 def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
-    # A result that leaves the picture must not compress the reference.
+    # A result that leaves the picture must not compress the curve of the reference. So it may
+    # extend the range by at most the range of the reference on either side.
     room = 1.0 * (high - low)
     for line in lines:
         low = min(low, max(float(line.y.min()), low - room))
@@ -316,7 +318,8 @@ def _data(replay: Replay) -> str:
         "bicycle": drawing(replay.bicycle),
         "maneuvers": [_scene_data(s) for s in replay.scenes],
     }
-    # Only numbers and names of this package, so no text can close the script element.
+    # The data contain only numbers and names of this package, so no text in them can end the script
+    # element.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
 
 
@@ -360,7 +363,7 @@ def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]
 
 
 def _rounded(values: Any) -> list[float]:
-    # Adding zero removes minus zeros.
+    # Adding 0.0 turns -0.0 into 0.0.
     return [float(x) for x in np.round(np.asarray(values, dtype=float), _DECIMALS_OF_PLACES) + 0.0]
 
 

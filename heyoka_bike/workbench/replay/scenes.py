@@ -53,15 +53,16 @@ CONVERTED_NOTE = (
 )
 """Text of notes, here and on the page of the checker."""
 
-# Maximum number of frames of all maneuvers together, for a page of 3 MB.
+# Maximum number of frames of all maneuvers together. With this many the page has 3 MB.
 _MOST_FRAMES = 6000
 LEAST_FRAMES = 50
-# Largest roll and steer [rad]. Beyond it, a bicycle lies on the floor, and tan(roll) has no
-# meaning.
+# Largest roll and steer [rad] of a bicycle that is drawn upright. Beyond this angle a bicycle lies
+# on the floor, and tan(roll) has no meaning.
 FALLEN = 1.4
-# Largest gap below a wheel after Newton's iteration for the pitch, if there is a pitch.
+# Largest gap below a wheel that counts as contact, after Newton's iteration for the pitch. A larger
+# gap shows that no pitch puts the wheel on the floor.
 SMALLEST_GAP = 1e-9  # [m]
-# Distance from the reference beyond which a result is out of sight [m].
+# Distance from the reference beyond which a result cannot be seen [m].
 OUT_OF_SIGHT = 1000.0
 
 
@@ -213,7 +214,7 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     time = scene.reference.motion.time
     if not len(rows_time):
         return f"The first row of maneuver {scene.number} in the file has no usable number."
-    # The last frame may differ from the last row by a rounding.
+    # The last frame may be later than the last row by a rounding error.
     inside = np.flatnonzero((time >= rows_time[0]) & (time <= rows_time[-1] * (1 + 1e-12)))
     if len(inside) < 2:
         return f"The rows of maneuver {scene.number} in the file span less than two frames."
@@ -259,7 +260,8 @@ def _result_state(
         found = dict(maneuver.approximate(t, STATE))
         for name, (rows_time, error) in differences.items():
             found[name] = found[name] + np.interp(t, rows_time, error)
-        # The pitch of a fallen bicycle has no meaning; `_upright` detects this.
+        # The pitch of a fallen bicycle has no meaning. Suppress warnings about it; `_upright`
+        # detects the fall.
         with np.errstate(all="ignore"):
             found["pitch"] = pitch_on_the_floor(
                 equations.k, found["roll_angle"], found["pitch"], found["steer_angle"]

@@ -56,17 +56,17 @@ from heyoka_bike.workbench.serving.uploads import receive
 
 _SAFE = {
     "x-content-type-options": "nosniff",
-    # Other sites get no referrer, but our own forms send their origin.
+    # Other sites are not sent a referrer, but forms of this site send their origin.
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "x-frame-options": "DENY",
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
-# Only files of the package may be cached by intermediaries.
+# By default nothing may be cached by intermediaries, except files of the package.
 _NO_CACHE_HEADER = ("cache-control", "no-store")
 _HEALTH = "/health"
-# Values with which a browser marks a form sent from a page of another site.
+# Values of the header by which a browser reports that a page of another site sent a form.
 _FOREIGN = ("cross-site", "same-site")
 
 
@@ -114,7 +114,7 @@ class Guard:
 
         app = self._app
         headers = Headers(scope=scope)
-        # Health checks may use any host name, because a supervisor uses an internal one.
+        # Health checks may use any host name, because a supervisor uses an internal name.
         is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "unknown host name: start the server with --name"}, 400)
@@ -123,14 +123,14 @@ class Guard:
         try:
             await app(scope, receive, guarded)
         except asyncio.CancelledError:
-            # The server is being stopped, and has waited for its tasks as long as it may.
+            # The server is stopping, and its time limit for the running tasks has passed.
             if status:
                 raise
             said = {"error": f"the server is being stopped, try again in {_SECONDS_OF_RESTART} s"}
             again = {"retry-after": str(_SECONDS_OF_RESTART), "connection": "close"}
             await JSONResponse(said, 503, again)(scope, receive, guarded)
         except Exception as e:
-            # The message of the exception may contain names and paths, which must not be logged.
+            # The message of the exception is not logged, because it may contain names and paths.
             self._log(f"{fault(e)} in the server")
             if status:
                 raise RuntimeError("an answer ended early") from None
@@ -148,7 +148,8 @@ def _is_foreign(headers: Headers) -> bool:
     site = headers.get("sec-fetch-site")
     if site is not None:
         return site in _FOREIGN
-    # Browsers of before 2023, and all browsers without TLS, send only the origin.
+    # Browsers from before 2023, and all browsers without TLS, do not send Sec-Fetch-Site, only the
+    # origin.
     origin = headers.get("origin")
     if origin is None:
         return False
@@ -187,23 +188,23 @@ _STATIC = {
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
 }
-# By then a supervisor has restarted the server.
+# Time after which a client may try again [s]. By then a supervisor has restarted the server.
 _SECONDS_OF_RESTART = 10
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
-# Longer texts for Starlette's messages.
+# Longer texts that replace Starlette's messages.
 _USUAL = {
     "Not Found": "There is no such page.",
     "Method Not Allowed": "This address does not take such a request.",
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
-# Styles and scripts come only from files of this package.
+# Policy of pages: styles and scripts come only from files of this package.
 _HEADERS_OF_PAGES = (
     "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src data:; "
     + _NEVER
 )
 
 
-# Policy of reports and replays, whose scripts are exactly those of the package.
+# Policy of reports and replays: their scripts must be exactly those of the package.
 _REPORTS = f"{policy(REPORT_SCRIPT, REPLAY_SCRIPT.read_text(encoding='utf-8') + START)}; {_NEVER}"
 
 
@@ -280,7 +281,7 @@ class Server:
             try:
                 await run_in_threadpool(self.store.sweep)
             except Exception as e:
-                # The next sweep may remove what this one did not.
+                # An error ends this sweep only. The next sweep may remove the remaining files.
                 self.log(f"sweep: {fault(e)} in the server")
 
     async def home(self, request: Request) -> Response:
@@ -528,6 +529,6 @@ async def _refused(request: Request, error: Exception) -> Response:
             # The client has disconnected, so nobody reads the answer.
             return PlainTextResponse("", 400)
         case OSError(errno=number) if number in NO_ROOM:
-            # Do not read the part of the request that has not arrived.
+            # The connection is closed, so that the rest of the request need not be read.
             return _answer(request, 507, FULL, {"connection": "close"})
     raise error

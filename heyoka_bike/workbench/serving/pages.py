@@ -97,7 +97,7 @@ def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead:
         names=escape(names),
         queue=queue,
     )
-    # Without scripts the page reloads itself.
+    # In a browser without scripts the page reloads itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
     return shell(root, _SAID_OF_STAGES[kind], body, head=head, bar=bar(root, result, kind))
 
@@ -107,7 +107,8 @@ def error(
     kind: Kind = "score",
 ) -> str:  # fmt: skip
     """Return a page with an error message of one line."""
-    # The message is that of the command; on the page its options are fields.
+    # The message is that of the command, and mentions command options. On the page these options
+    # are form fields, so a hint is added.
     hint = _HINT.template if "column names" in message or "--" in message else ""
     body = _ERROR.substitute(root=root, title=escape(title), message=escape(message), hint=hint)
     links = "" if result is None else bar(root, result, kind)
@@ -178,7 +179,8 @@ def description(limits: Limits, root: str = "") -> dict[str, Any]:
     found["info"]["version"] = __version__
     found["servers"] = [{"url": root or "/"}]
     text = _SCHEMA.read_text(encoding="utf-8")
-    # Definitions become components, because client generators do not follow nested references.
+    # Definitions of the JSON schema become components, because client generators do not follow
+    # nested references.
     schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
     parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
     for key in ("$schema", "$id"):
@@ -187,7 +189,7 @@ def description(limits: Limits, root: str = "") -> dict[str, Any]:
     paths = found["paths"]
     score, diagnose = paths["/score"]["post"], paths["/diagnose"]["post"]
     if limits.has_diagnosis:
-        # A diagnosis has the same requests and errors as a score.
+        # A diagnosis has the same request and the same errors as a score.
         refusals = {code: x for code, x in score["responses"].items() if code != "200"}
         paths["/diagnose"]["post"] = score | diagnose
         paths["/diagnose"]["post"]["responses"] = diagnose["responses"] | refusals

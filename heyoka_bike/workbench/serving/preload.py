@@ -3,7 +3,8 @@
 If processes are not forked, each one imports this module itself.
 """
 
-# Readers of result files and writers of reports, which would otherwise be imported on first use.
+# These are readers of result files and writers of reports. Otherwise they would be imported on
+# first use.
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.showing.document import html  # noqa: F401

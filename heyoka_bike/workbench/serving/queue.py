@@ -17,7 +17,7 @@ from heyoka_bike.system.log import fault
 from heyoka_bike.workbench.serving.tasks import Kind, Limits, Task, TaskEnding, is_long, work
 
 _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
-# Assumed time of a task before one has been measured [s].
+# Time that a task is assumed to take before the first task has been measured [s].
 _FIRST_GUESS = 1.0
 
 
@@ -31,7 +31,7 @@ class BusyError(HTTPException):
     """
 
     def __init__(self, seconds: int) -> None:
-        # Do not read the part of the request that has not arrived.
+        # The connection is closed, so that the rest of the request need not be read.
         headers = {"retry-after": str(seconds), "connection": "close"}
         super().__init__(503, f"busy, try again in {seconds} s", headers)
 
@@ -95,14 +95,14 @@ class TaskQueue:
         self._tasks: list[QueuedTask] = []
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # Executors for short tasks and for long ones.
+        # Executors by the kind of task: long tasks, and short tasks.
         self._executors = {
             is_long: ProcessExecutor(limits.workers, limits.of_process(is_long), _PRELOAD)
             for is_long in (False, True)
         }
         self._places = asyncio.Semaphore(limits.workers)
-        # With several workers one does no long work, so that a few diagnoses do not block all
-        # scoring.
+        # If there are several workers, at least one of them does no long tasks. So a few diagnoses
+        # do not block all scoring.
         self._long_places = asyncio.Semaphore(max(1, limits.workers - 1))
 
     def submit(self, task: Task) -> QueuedTask:
@@ -123,7 +123,8 @@ class TaskQueue:
         """Raise `BusyError` if a task of this kind could not be appended now."""
         most = self._limits.waiting
         long = [x for x in self._tasks if x.state == "waiting" and is_long(x.task.kind)]
-        # At most half of the places are for diagnoses, each of which may take minutes.
+        # Diagnoses, each of which may take minutes, may use at most half of the places in the
+        # queue.
         if self.waiting() >= most or (is_long(kind) and 2 * len(long) >= most):
             each = sum(self._seconds) / len(self._seconds)
             seconds = each * self.waiting() / self._limits.workers / 2
@@ -159,7 +160,7 @@ class TaskQueue:
                 raise CancelledError
             queued.future = self._executors[is_long(kind)].submit(work, task, limits.memory)
             if queued.unwanted.is_set():
-                # Another thread cancelled the task meanwhile.
+                # Another thread has cancelled the task in the meantime.
                 queued.future.cancel()
             over = asyncio.wrap_future(queued.future)
             await asyncio.gather(over, return_exceptions=True)
@@ -169,7 +170,7 @@ class TaskQueue:
         except TimeoutError:
             return TaskEnding("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
         except BrokenExecutor:
-            # The system ended the process, most likely for its memory or its time.
+            # The system ended the process, most likely because it exceeded its memory or its time.
             self._log(f"{kind}: the process ended unexpectedly")
             said = (
                 f"ended before it was done: it needs more than {limits.seconds:g} s or "

@@ -35,14 +35,16 @@ from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 
 _MOST_CONNECTIONS_WAITING = 1000
-# Each connection needs up to two files, and others are needed in addition.
+# Number of open files beyond those of the connections, each of which needs up to two.
 _OTHER_FILES = 100
 _WANTED_FILES = 3 * _MOST_CONNECTIONS_WAITING + _OTHER_FILES
 _LONGEST_HEAD = 1 << 14  # maximum length of a request's head [bytes]
 _BARE = re.compile(rb"(?<!\r)\n")
-# Maximum number of bytes read at once; as chunks of one byte they take a tenth of a second.
+# Maximum number of bytes read at once. If this many arrive as chunks of one byte, processing them
+# takes a tenth of a second.
 _BYTES_AT_ONCE = 1 << 14
-# Send buffer in the system [bytes]; an answer in this buffer counts as read by the client.
+# Size of the system's send buffer [bytes]. An answer that is in this buffer counts as read by the
+# client.
 _SENT = 1 << 18
 
 
@@ -120,13 +122,13 @@ class Connection(H11Protocol):
     @property
     def is_waiting(self) -> bool:
         """True if the client has no open request, or has received all of its answer."""
-        # The cycle is None until there is a request.
+        # The cycle is None before the first request.
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is None or cycle.response_complete
 
     def _look(self, before: tuple[Any, int] | None) -> None:
         """Close the connection if the client has made no progress since the previous call."""
-        # The cycle is None until there is a request.
+        # The cycle is None before the first request.
         cycle: RequestResponseCycle | None = self.cycle
         unread = self.transport.get_write_buffer_size()
         is_ours = cycle is not None and not cycle.response_complete and not unread
@@ -138,10 +140,10 @@ class Connection(H11Protocol):
 
 
 _ALL_ADDRESSES = ("0.0.0.0", "::")
-_GRACE = 5  # [s], time for open requests when the server stops
+_GRACE = 5  # [s], time for open requests to end when the server stops
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s], delay before the browser opens the page
-# Prefix of the folder for stored results.
+# Prefix of the name of the folder for stored results.
 _PREFIX = "heyoka-bike-serve-"
 # Subfolder for the temporary files of multiprocessing, which remain if the process is killed.
 _PROCESSES = "processes"
@@ -172,16 +174,17 @@ def serve(
     InputError
         The server cannot listen on the address.
     """
-    # This logger would write parts of uploaded data.
+    # Disable this logger, because it would write parts of the uploaded data.
     logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
-    # This logger reports requests that uvicorn rejected before the application saw them.
+    # This logger reports requests that uvicorn rejected before they reached the application.
     refused = logging.getLogger("uvicorn.error")
     refused.addHandler(_Refusals(logging.WARNING))
     refused.propagate = False
-    # A termination request is handled like a keyboard interrupt, so stored results are removed.
+    # A termination request is handled like a keyboard interrupt, so that the stored results are
+    # removed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
-    # A server on all addresses answers only requests for its names.
+    # A server that listens on all addresses answers only requests for its own names.
     named = names[0] if host in _ALL_ADDRESSES and names[0] != "*" else host
     shown = f"[{named}]" if ":" in named else named
     address = f"http://{shown}:{bound.getsockname()[1]}{root}/"
@@ -194,7 +197,7 @@ def serve(
         server = Server(results, limits, names, board, _log, root)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, http=Connection,
-            # Most connections wait; further ones get the answer 503.
+            # Most of these connections wait. Connections beyond this number get the answer 503.
             limit_concurrency=most_requests(),
             timeout_graceful_shutdown=_GRACE, server_header=False,
         )  # fmt: skip
@@ -213,9 +216,10 @@ def _hold(folder: str) -> int | None:
     try:
         import fcntl
     except ImportError:
-        # Windows has no such locks, so folders that may be in use are never removed.
+        # Windows lacks such locks, so folders that may be in use cannot be recognised and are never
+        # removed.
         return None
-    # A file with such a name from another user may be a pipe, or a link.
+    # Another user may have made a pipe or a link of this name, so open only a real folder.
     found = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -232,7 +236,7 @@ def sweep(place: Path, *, new: float = 60.0) -> None:
     """
     for folder in place.glob(f"{_PREFIX}*"):
         with suppress(OSError):
-            # A new folder is about to be locked.
+            # Skip a new folder, because its server may not have locked it yet.
             if time() - folder.stat().st_mtime > new and (held := _hold(str(folder))) is not None:
                 with suppress(OSError, UnicodeDecodeError):
                     name = (folder / _PROCESSES).read_text(encoding="utf-8")
@@ -248,7 +252,7 @@ def _bound(host: str, port: int) -> socket.socket:
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         bound.bind((host, port))
-        # Clients that connect before the server is ready wait.
+        # Clients that connect before the server is ready wait in this queue.
         bound.listen(_BACKLOG)
     except OSError as e:
         bound.close()

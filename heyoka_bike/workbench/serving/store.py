@@ -12,10 +12,10 @@ from unicodedata import normalize
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
 from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
-# Maximum length of a file name in characters and in bytes; file systems allow 255 bytes.
+# Maximum length of a file name in characters, and in bytes. File systems allow 255 bytes.
 _LONGEST_FILE_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
-# Estimated time until there is room for more requests [s].
+# Estimated time until the store has room for more requests [s].
 _ROOM_IN = 5
 _UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
 
@@ -62,7 +62,7 @@ class ResultStore:
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits = folder, limits
         self._results: dict[str, StoredResult] = {}
-        # Size of arrived files that are not stored yet, by folder [bytes].
+        # Size of the files that have arrived but are not stored yet, by folder [bytes].
         self._arrived: dict[Path, int] = {}
 
     def __len__(self) -> int:
@@ -130,7 +130,7 @@ class ResultStore:
                 break
             size -= sizes[result]
             self.remove(result)
-        # A process may write files after its result was removed.
+        # Files remain if a process writes them after its result was removed. Delete their folders.
         for folder in self._folder.iterdir():
             # The order of the checks matters: a result is stored before its folder stops being
             # "arrived".
@@ -160,7 +160,7 @@ def file_name(given: str, taken: set[str]) -> str:
 
 def _size(folder: Path) -> int:
     size = 0
-    # Another thread may remove the file meanwhile.
+    # Another thread may remove a file in the meantime.
     with suppress(OSError):
         for path in folder.rglob("*"):
             with suppress(OSError):

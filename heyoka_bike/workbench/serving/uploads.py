@@ -23,17 +23,18 @@ _FILE_FIELD, _PASTED_FIELD, _NAME_FIELD = "file", "pasted", "filename"
 OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
 """Form fields in addition to the files, or parts of the query; named like the command's options."""
 
-# Maximum number of bytes around and between the files of a form.
+# Maximum number of bytes of a form around and between its files.
 _BESIDE = 100_000
-# The option that may be repeated, and the maximum number of fields.
+# The only option that may be given several times, and the maximum number of form fields.
 _REPEATED = "require"
 _MOST_FIELDS = 50
-# Maximum length of an option [characters]; pasted rows, which stay in memory, are limited in bytes.
+# Maximum length of an option [characters]. Pasted rows, which stay in memory, are limited by their
+# number of bytes instead.
 _LONGEST_OPTION = 10_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
-# Forms are parsed outside of the server's event loop, few at a time, because their fields are in
-# memory.
+# Forms are parsed outside of the server's event loop. Only two are parsed at a time, because their
+# fields are in memory.
 _PARSERS = ThreadPoolExecutor(2, "forms")
 _FORM_FIELD = "form"
 _Fields = Sequence[tuple[str, str]]
@@ -45,7 +46,7 @@ class TooLargeError(HTTPException):
     def __init__(self, limits: Limits) -> None:
         most = limits.upload // 1_000_000
         said = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
-        # Do not read the rest of the request.
+        # The connection is closed, so that the rest of the request need not be read.
         super().__init__(413, said, {"connection": "close"})
 
 
@@ -94,7 +95,8 @@ async def receive(
     query = request.query_params.multi_items()
     if content.lower() == b"multipart/form-data":
         if parameters.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
-            # The name could be any codec of Python, and some of those take forever.
+            # Any codec of Python could be named here, and decoding with some of them takes
+            # extremely long.
             raise InputError("found a form in another encoding, expected UTF-8")
         await save(folder / _FORM_FIELD)
         files, fields = await asyncio.get_running_loop().run_in_executor(
@@ -145,7 +147,7 @@ def _written(form: FormData, folder: Path) -> tuple[list[str], _Fields]:
                     shutil.copyfileobj(given.file, out, _CHUNK)
                 files.append(name)
         elif key not in (_FILE_FIELD, _PASTED_FIELD) and given.strip():
-            # A form contains all of its fields, and unfilled ones are empty.
+            # A form contains all of its fields; the fields that were not filled in are empty.
             fields.append((key, given.strip()))
     pasted = form.get(_PASTED_FIELD)
     if isinstance(pasted, str) and pasted.strip():

@@ -34,7 +34,7 @@ each = {m: pd.DataFrame(table, columns=["time", *KEYS]) for m, table in tables.i
 long = pd.concat([f.assign(maneuver=m) for m, f in each.items()], ignore_index=True)
 named = long.assign(maneuver=[f"maneuver_{m}" for m in long.maneuver])
 
-# pandas
+# Files written by pandas
 for orient in ("split", "columns", "index", "records", "values", "table"):
     wide.to_json(here / f"pandas-{orient}.json", orient=orient, double_precision=15)
 long.to_json(here / "pandas-long.jsonl", orient="records", lines=True, double_precision=15)
@@ -51,7 +51,7 @@ wide.to_parquet(here / "pandas.parquet")
 named.astype({"maneuver": "category"}).to_parquet(here / "category.parquet")
 wide.to_feather(here / "pandas.feather")
 
-# pandas with names that are paths, in another order than the benchmark's
+# Files written by pandas with names that are paths, in an order that differs from the benchmark's
 order = [names[0], *sorted(names[1:], key=lambda name: name[::-1])]
 moved = wide[order]
 levels = moved.copy()
@@ -66,7 +66,7 @@ moved.set_index("time").to_hdf(here / "pandas-index.h5", key="df", format="fixed
 moved.to_csv(here / "pandas-unnamed.csv", index_label=False)
 moved.rename(columns=lambda name: name.replace("_", ".", 1)).to_csv(here / "paths.csv", index=False)
 
-# A trajectory as Dymola and OpenModelica write it, with a parameter and more variables
+# A trajectory in the form of Dymola and OpenModelica, with a parameter and additional variables
 variables = [*order, "m1.rear.speed"]
 lines = np.column_stack([moved.to_numpy(), -moved.to_numpy()[:, 1]]).T
 text = [name.ljust(max(map(len, variables))) for name in ["p.mass", *variables]]
@@ -82,13 +82,13 @@ for how in ("binTrans", "binNormal"):
         "data_2": lines if how == "binTrans" else lines.T,
     }, format="4")  # fmt: skip
 
-# polars
+# Files written by polars
 pl.from_pandas(long).write_parquet(here / "polars-long.parquet")
 pl.from_pandas(wide).write_ipc(here / "polars.arrow")
 pl.from_pandas(wide).write_json(here / "polars.json")
 pl.from_pandas(long).write_ndjson(here / "polars.ndjson")
 
-# xarray with netCDF's own library, h5netcdf and SciPy
+# Files written by xarray with netCDF's own library, with h5netcdf and with SciPy
 columns = {key: np.stack([tables[m][:, 1 + i] for m in tables]) for i, key in enumerate(KEYS)}
 data = xr.Dataset(
     {key: (("maneuver", "time"), c) for key, c in columns.items()},
@@ -100,7 +100,8 @@ data.to_netcdf(here / "xarray-h5.nc", engine="h5netcdf")
 data.to_netcdf(here / "xarray-3.nc", engine="scipy")
 data.to_dataframe().to_csv(here / "xarray.csv")
 
-# SciPy and hdf5storage, as Simulink's blocks Outport and To Workspace log
+# Files written by SciPy and hdf5storage, in the form that Simulink's blocks Outport and To
+# Workspace log
 column = t[:, None]
 fields = [(name, "O") for name in ("values", "dimensions", "label", "blockName")]
 signals = np.zeros((1, 24), dtype=fields)
@@ -118,13 +119,13 @@ logs = {
 }
 for name, log in logs.items():
     savemat(here / f"scipy-{name}.mat", log)
-    # Labels are MATLAB's own texts there.
+    # In these files the labels are texts of MATLAB's own type.
     hdf5storage.savemat(
         str(here / f"hdf5storage-{name}.mat"), log, format="7.3", oned_as="column",
         store_python_metadata=False, matlab_compatible=True,
     )  # fmt: skip
 
-# json
+# Files written by json
 documents = {
     "columns": {name: wide[name].tolist() for name in names},
     "heading": [names, *x.tolist()],

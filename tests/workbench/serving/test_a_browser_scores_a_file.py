@@ -141,7 +141,7 @@ def test_what_is_refused_is_said_in_place(page, example):
     page.evaluate(DROP, ["<b>notes.txt", "all is well"])
     page.wait_for_url(re.compile("/results/.*/score"))
     page.locator("[role=alert]", has_text="b_notes.txt").wait_for()
-    # the browser's message about the answer 422
+    # The browser itself prints a message about the answer 422.
     assert "Failed to load" in "".join(page.complaints)
 
 
@@ -162,7 +162,7 @@ def test_a_slow_connection_shows_how_much_is_sent(chromium, address, example):
     page.context.new_cdp_session(page).send(
         "Network.emulateNetworkConditions", slow | {"uploadThroughput": 200_000}
     )
-    # One second of a slow connection.
+    # Sending this file takes one second on the slow connection.
     page.evaluate(DROP, [example.name, example.read_text()])
     page.locator(".busy", has_text=re.compile("sending .* of ")).wait_for()
     page.wait_for_url(re.compile("/results/.*/score"))
@@ -176,7 +176,7 @@ def test_why_it_differs(chromium, address, example):
     page.get_by_role("button", name="Try it with an example").click()
     page.get_by_role("button", name="Why it differs").click()
     page.wait_for_selector(".answer", timeout=120_000)
-    # The example was made with Exudyn's trapezoidal rule.
+    # The example file was made with Exudyn's trapezoidal rule.
     assert "the trapezoidal rule with a step of 0.01 s" in page.inner_text(".answer")
     page.close()
 

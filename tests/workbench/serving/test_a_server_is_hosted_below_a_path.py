@@ -14,7 +14,7 @@ from support.clusters import wait_for
 
 BROWSER = {"accept": "text/html"}
 ROOT = "/science/bicycle"
-# All links that a browser or the script follows.
+# Pattern of all links that a browser or the script follows.
 ADDRESSES = re.compile(r'(?:href|action|src|data-state)="([^"#][^"]*)"')
 OUTSIDE = re.compile(r"https?:|data:|mailto:")
 

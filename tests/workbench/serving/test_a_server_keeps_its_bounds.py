@@ -63,7 +63,7 @@ def test_requests_together_hold_so_much_and_no_more(serving, tmp_path):
     answer = client.post("/score", content=b"1 " * 9000)
     assert answer.status_code == 503
     assert answer.json()["error"] == "busy, try again in 5 s"
-    # A rejected request takes no space.
+    # A rejected request takes no space in the folder.
     assert client.post("/score", content=b"1 " * 4000).status_code == 422
     assert not list(client.folder.iterdir())
     store = ResultStore(tmp_path, Limits(arriving_bytes=15_000))
@@ -115,7 +115,7 @@ def test_diagnoses_do_not_keep_files_waiting(tmp_path):
         working = found.submit(diagnose)
         await asyncio.sleep(0.01)
         assert working.state == "working"
-        # One diagnosis runs, and at most half of the places are for waiting ones.
+        # One diagnosis runs at a time, and at most half of the places are for diagnoses that wait.
         waiting = [found.submit(diagnose) for _ in range(3)]
         for refused in (lambda: found.submit(diagnose), lambda: found.check("diagnose")):
             with pytest.raises(BusyError):
@@ -130,7 +130,7 @@ def test_diagnoses_do_not_keep_files_waiting(tmp_path):
         for queued in waiting:
             while queued.future is None:
                 await asyncio.sleep(0.01)
-            # The running diagnosis ends next.
+            # Exactly one of the waiting diagnoses has started. End it before the next one.
             assert [x.state for x in waiting].count("working") == 1
             calls[-1].set_result({"state": "done"})
             await asyncio.wait_for(queued.over, 20.0)
@@ -152,7 +152,7 @@ def test_what_takes_too_long_is_ended(serving, example):
 
 @pytest.mark.proof
 def test_what_takes_too_much_memory_is_ended(serving, example):
-    # The rows alone take 80 MB as numbers, and the comparison as much again.
+    # The rows alone take 80 MB as numbers, and the comparison takes as much again.
     client = serving(memory=400_000_000, upload=60_000_000)
     rows = (" ".join(["1.25"] * 25) + "\n").encode() * 400_000
     answer = client.post("/score", content=rows)
@@ -286,19 +286,19 @@ def test_a_page_of_another_site_cannot_send_files(serving):
     client = serving()
     answer = client.post("/example", headers={"sec-fetch-site": "cross-site"})
     assert answer.status_code == 403
-    # Browsers without TLS send only the origin, and our own forms are allowed to send it.
+    # Without TLS, browsers send only the origin. The server's own forms are allowed to send it.
     client = serving(hosts=["bicycle.example", "::1"])
     host = {"host": "bicycle.example:8000"}
     assert client.get("/", headers=host).headers["referrer-policy"] == "same-origin"
     for origin, code in (
         ("http://evil.example", 403), ("null", 403), ("https://bicycle.example.evil", 403),
         ("http://bicycle.example:8000", 201), ("HTTP://Bicycle.Example:8000", 201),
-        # Another server on the same machine counts as another site.
+        # A server with a different port or address on the same machine counts as a different site.
         ("http://bicycle.example:8001", 403), ("http://bicycle.example", 403),
         ("http://[::1]:8000", 403), ("", 403), ("http://", 403),
     ):  # fmt: skip
         assert client.post("/example", headers=host | {"origin": origin}).status_code == code
-    # A missing port means the usual one of the scheme.
+    # If the port is missing, the usual port of the scheme is meant.
     for asked, origin, code in (
         ("bicycle.example", "http://bicycle.example", 201),
         ("bicycle.example", "https://bicycle.example", 201),
@@ -310,7 +310,7 @@ def test_a_page_of_another_site_cannot_send_files(serving):
     ):
         told = {"host": asked, "origin": origin}
         assert client.post("/example", headers=told).status_code == code
-    # The checks are also made if any host is allowed.
+    # The origin is also checked if any host is allowed.
     client = serving(hosts=["*"])
     told = {"host": "127.0.0.1:8000", "origin": "http://127.0.0.1:9000"}
     assert client.post("/example", headers=told).status_code == 403
@@ -340,7 +340,7 @@ def test_nothing_is_kept_on_the_way_and_nobody_is_led_elsewhere(serving):
         ("a\0b\n<script>.txt", "a_b__script_.txt"),
         ("Ergebnis für Fahrrad.csv", "Ergebnis für Fahrrad.csv"),
         ("x" * 300 + ".npy", "x" * 76 + ".npy"),
-        # Each character has four bytes.
+        # In UTF-8, each of these characters has four bytes.
         ("\U00020000" * 90 + ".npy", "\U00020000" * 59 + ".npy"),
     ],
 )
@@ -456,7 +456,8 @@ def test_a_report_without_room_is_no_fault_of_its_file(tmp_path, monkeypatch, ex
 @pytest.mark.parametrize(
     ("field", "text", "said"),
     [
-        # None of the million steps, columns or digits is parsed.
+        # The texts are rejected because of their length, before any of the million steps, columns
+        # or digits is parsed.
         ("step", "0.1," * 1_000_000, "step: found 4000000 characters, expected at most 10000"),
         ("columns", "," * 1_000_000, "columns: found 1000000 characters"),
         ("require", "scd>=" + "1" * 100_000 + "x", "require: found 100006 characters"),
@@ -468,7 +469,7 @@ def test_options_are_short(serving, field, text, said):
     answer = client.post("/score", files={"file": ("a.txt", b"1 2")}, data={field: text})
     assert answer.status_code == 400
     assert answer.json()["error"].startswith(said)
-    # The query has the same limits.
+    # Options in the query of the address have the same limits as those in a form.
     answer = client.post(f"/score?{'&'.join(['require=scd>1'] * 60)}", content=b"1 2")
     assert answer.json()["error"] == "found 60 options, expected at most 50"
 

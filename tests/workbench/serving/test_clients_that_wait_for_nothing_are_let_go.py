@@ -54,7 +54,7 @@ def port(request):
 
 def connected(port):
     client = socket.socket()
-    # A small buffer, so that an unread answer remains in the server.
+    # The client has a small buffer, so that an unread answer remains in the server.
     client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     client.settimeout(20)
     client.connect(("127.0.0.1", port))
@@ -88,7 +88,7 @@ def test_clients_that_send_no_request_are_closed(port, sent):
 def test_clients_that_read_no_answer_are_closed(port):
     with connected(port) as client:
         client.sendall(HEAD + b"\r\n")
-        # Data that is already on the way still arrives.
+        # Data that is already on its way still arrives at the client.
         time.sleep(1.0)
         assert received(client) < len(PAGE)
 
@@ -112,9 +112,9 @@ class Client:
     [
         ((300, 200, 100, 1), True, False),
         ((300, 200, 200), True, True),
-        # A file that is sent in several parts
+        # The client sends a file in several parts.
         ((300, 200, 200), False, True),
-        # A task for which the client waits
+        # The client waits for a task.
         ((0, 0, 0), False, False),
         ((0, 0), True, True),
     ],

@@ -12,7 +12,7 @@ pytest.importorskip("uvicorn")
 
 
 WRITTEN = Path(__file__).parents[2] / "scoring" / "written"
-# Larger files take long and test nothing else.
+# [bytes] Larger files take long to read, but test no other code.
 LARGEST = 400_000
 ANSWERS = {200, 400, 413, 422}
 
@@ -42,7 +42,7 @@ def damaged(content, rng):
         elif kind == 3:
             data[at:at] = rng.randbytes(rng.randint(1, 300))
         elif kind == 4:
-            # Sizes and counts have this form in most formats.
+            # Most formats store sizes and counts in this form.
             data[at : at + 8] = rng.choice((0, 1, 2**31 - 1, 2**40, 2**63 - 1)).to_bytes(
                 8, "little"
             )
@@ -61,7 +61,7 @@ def sends(client, example, count, seed):
         name, content = rng.choice(found)
         body = damaged(content, rng)
         if rng.random() < 0.1:
-            # The form itself is damaged.
+            # In this case the form itself is damaged.
             form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="' + name.encode()
             form += b'"\r\n\r\n' + body[:20_000] + b"\r\n--x--\r\n"
             headers = {"content-type": "multipart/form-data; boundary=x"}
@@ -78,7 +78,8 @@ def sends(client, example, count, seed):
     return answers
 
 
-# Starlette leaves the file of an unreadable form to the garbage collector, which closes the file.
+# If a form is unreadable, Starlette leaves its file to the garbage collector, which closes the
+# file.
 @pytest.mark.filterwarnings("ignore:Unclosed file <tempfile.SpooledTemporaryFile:ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.proof

@@ -89,7 +89,7 @@ def test_a_browser_gets_the_report_with_links_to_more(client, example):
     place, found = page(client, sent(client, example))
     assert "1.6 correct digits" in found.text
     assert f'action="{place.replace("score", "diagnose")}"' in found.text
-    # HTML allows styles only in its head.
+    # HTML allows style elements only in the head of a page.
     assert found.text.count("<style>") == 1
     assert "Beside page.css" in found.text
     for suffix, kind in ((".json", "application/json"), (".csv", "text/csv"),
@@ -98,7 +98,7 @@ def test_a_browser_gets_the_report_with_links_to_more(client, example):
         assert taken.status_code == 200
         assert taken.headers["content-type"].startswith(kind)
         assert "attachment" in taken.headers["content-disposition"]
-    # The downloaded report is that of the command, without the server's links.
+    # The downloaded report is the report of the command, without the links of the server.
     assert 'class="bar"' not in client.get(place + ".html").text
 
 
@@ -238,7 +238,7 @@ def test_the_description_of_the_interface_is_true(client, example):
     assert found == description(Limits())
     validate = pytest.importorskip("openapi_spec_validator").validate
     validate(found)
-    # Client generators do not follow nested references.
+    # Generators of client code do not follow nested references.
     assert not re.findall(r'"#/components/schemas/\w+/', json.dumps(found))
     schemas = found["components"]["schemas"]
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})

@@ -23,7 +23,7 @@ def test_a_soak_with_kills_loses_none(monkeypatch, capsys):
     said = json.loads(capsys.readouterr().out)
     assert said["answers lost"] == 0
     assert said["answers"]["200"] > 0
-    # A killed process may already have answered.
+    # A process that is killed may already have sent its answer.
     assert said["processes killed"] > 0
     assert sum(said["answers"].values()) - said["answers"]["200"] <= said["processes killed"]
     assert all(size > 10 for size in said["MB, median of each tenth of the time"])

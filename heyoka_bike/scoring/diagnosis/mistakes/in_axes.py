@@ -74,7 +74,7 @@ def _stand(p: Parameters, *changes: _Lengths) -> None:
     reach = (r - r_f) / hypot(across, m["d2"])
     if abs(reach) > 1:
         return
-    # d2 cos - (d1 + d3) sin is the height of the front hub under the rear one.
+    # d2 cos - (d1 + d3) sin is the height of the rear hub above the front hub.
     stands = acos(reach) - atan2(across, m["d2"])
     pitch = stands - p["lam"]
     s, c = sin(stands), cos(stands)

@@ -6,7 +6,7 @@ from math import cos, degrees, pi, radians, tan
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters
 from heyoka_bike.scoring.diagnosis.programs.program import model_mistake as _model
 
-# Point P2 of the steer axis as the benchmark text prints it, truncated: x, z [m].
+# Point P2 of the steer axis, truncated as in the text of the benchmark: x, z [m].
 _PRINTED_P2 = (0.82188470506, -0.85595086466)
 
 

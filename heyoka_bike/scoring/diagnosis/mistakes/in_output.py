@@ -16,8 +16,8 @@ from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.rows.edits import Change, Columns, Rewritten
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 
-# The angle of which each rate is the derivative. Some definitions of the roll angle have their own
-# definition of the rate.
+# The angle whose derivative each rate is. Some definitions of the roll angle have their own
+# definition of the roll rate.
 _RATES = {
     "roll_rate": "roll_angle",
     "steer_rate": "steer_angle",
@@ -112,7 +112,7 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 
 _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "front wheel"}
 
-# Degree of the polynomials that interpolate between rows.
+# Degree of the polynomials that interpolate between the rows.
 DEGREE = 5
 
 _MOMENT = "when a row is written: before or after the step"

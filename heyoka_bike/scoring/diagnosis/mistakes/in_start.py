@@ -71,7 +71,8 @@ def _spin_kept(code: str, rear: str) -> Mistake:
 @cache
 def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
     """Return mistakes that exchange maneuvers: one replaced, two exchanged, or all rotated."""
-    # One alone first: a file of one maneuver does not show whether others are misplaced, too.
+    # Begin with a single maneuver in the place of another, because a file of one maneuver does not
+    # show whether the others are misplaced, too.
     alone = [{n: held} for n in numbers for held in numbers if n != held]
     exchanged = [{a: b, b: a} for a, b in combinations(numbers, 2)]
     turned = [(*numbers[i:], *numbers[:i]) for i in range(1, len(numbers))]

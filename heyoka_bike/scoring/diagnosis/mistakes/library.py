@@ -39,7 +39,7 @@ def _of_the_benchmark() -> tuple[Mistake, ...]:
     numbers = tuple(range(1, len(maneuvers) + 1))
     steps, duration = maneuvers[0].rows - 1, float(maneuvers[0].duration)
     times = np.arange(steps + 1) * duration / steps
-    # Also mistakes of files that lack the last row.
+    # Add the mistakes that files without the last row may contain.
     return (*mistakes_of(numbers, times, duration), *misspaced(times[:-1], duration))
 
 

@@ -20,11 +20,13 @@ from heyoka_bike.scoring.diagnosis.programs.program import Mistake, output_mista
 from heyoka_bike.scoring.rows.edits import Columns, Stage
 from heyoka_bike.scoring.units import UNITS, factor
 
-# Units of angles and rates, which may have either sign. A moved column must be nearer to its
-# quantity than `HALF` of its size in these units, or `NEAR_STEADY` in others.
+# Units of angles and rates, which oscillate about zero. A moved column in such a unit must differ
+# from its new quantity by less than `MEANINGLESS_ERROR` times the quantity's size; a column in any
+# other unit, by less than `NEAR_STEADY` times this size.
 _OSCILLATING = ("rad", "rad s-1")
 
-# Quantities that may be in the place of a column: the benchmark's, and others that programs have.
+# Quantities that may have been written in place of a column: those of the benchmark, and a few that
+# programs often compute in addition.
 _COLUMNS_PROPOSED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 
 
@@ -108,7 +110,7 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
     good = np.isfinite(errors)
     counts = good.sum(axis=2)
     size = np.sqrt(np.sum(np.where(good, expected**2, 0.0), axis=2) / np.maximum(counts, 1))
-    # Index of the median of the finite errors; `sort` puts the others last.
+    # Index of the median of the finite errors. `sort` puts NaN last.
     middle = np.maximum(counts - 1, 0)[..., None] // 2
     typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):

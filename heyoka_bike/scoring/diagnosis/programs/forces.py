@@ -160,7 +160,8 @@ class Moving:
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self._right[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
         found = {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in moved.items()}
-        # Accelerations of the centres relative to the ground, because heading axes rotate.
+        # Use the accelerations of the centres of mass relative to the ground, because the heading
+        # axes rotate.
         turn: Vector = (0.0, 0.0, self._right[6])
         for body in "RBHF":
             found[f"v_{body}"] = plus(found[f"v_{body}"], cross(turn, self.now[f"v_{body}"]))
@@ -211,7 +212,8 @@ class Moving:
         force, rotors = self._forces(amounts, self)
         mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
                 for i, row in enumerate(self.mass)]  # fmt: skip
-        # Torque that accelerates a rotor: its inertia times the acceleration without it.
+        # Torque that accelerates a rotor: the rotor's inertia times the acceleration of the wheel
+        # without the rotor.
         force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
         if any(FORCES[name].is_inertial for name in amounts):
             mass = self._less_inertial(mass, {n: x for n, x in amounts.items()
@@ -538,7 +540,7 @@ _BODIES = {"R": "rear wheel", "B": "rear frame", "H": "fork", "F": "front wheel"
 _POINTS_OF_FORCES: tuple[tuple[str, str, Law], ...] = (
     ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD_AXIS}),
     ("hub", "rear hub", lambda _: {"v_R": _AHEAD_AXIS}),
-    ("whole", "centre of mass of the whole", _on_all),
+    ("whole", "centre of mass of the whole bicycle", _on_all),
     ("ground", "rear contact", _on_ground),
 )
 """Points of forces along the heading: name, words, and unit force."""
@@ -610,13 +612,13 @@ FORWARD: Mapping[str, Force] = {
     **{f"rolling_resistance{end}": Force(f"constant torque of the ground that brakes {each}",
                                          "N m", 0.1, _from_ground(wheels))
        for end, wheels, each, _ in _BRAKED_WHEELS},
-    "velocity_damping": Force("rate at which all velocities are damped, those of turning too",
+    "velocity_damping": Force("rate at which all velocities and angular velocities are damped",
                               "s-1", 0.01, lambda m: {**_decay(m), **_spin_down(m)}),
     "linear_damping": Force("rate at which the velocities of all bodies' centres are damped",
                             "s-1", 0.01, _decay),
     "angular_damping": Force("rate at which all angular velocities are damped", "s-1", 0.01,
                              _spin_down),
-    "speed_held": _part("change of the rear wheel's speed (a drive holds it)", _held_speed),
+    "speed_held": _part("change of the rear wheel's speed (a drive holds the speed)", _held_speed),
     "spin_held": _part("change of the rear wheel's rate against the frame (a motor holds it)",
                        _held_spin),
 }  # fmt: skip
@@ -668,7 +670,8 @@ FORCES: Mapping[str, Force] = {
                               _without_centrifugal("RBHF")),
     "wheels_weight": _part("weight of the wheels", _weightless("RF"), is_fitted=False),
     **{f"{kind}_{b}": _part(f"{says} of the {name}", law(b),
-                            # Not fitted for wheels: it is nearly the moment of their spin.
+                            # The term of a wheel is not fitted, because it nearly equals the moment
+                            # of the wheel's spin.
                             is_fitted=kind != "gyroscopic" or b in "BH")
        for kind, says, law in (("gyroscopic", "gyroscopic torque w x (I w)", _without_euler),
                                ("centrifugal", "centrifugal and Coriolis force",
@@ -689,13 +692,13 @@ WITHOUT_POTENTIAL = frozenset(
 )
 """Forces that store no energy, so that the potential energy remains that of gravity."""
 
-# Plausible missing fractions of a term (it is missing, has the opposite sign, is doubled, or
-# halved), and the largest deviation of a fitted fraction from these.
+# Plausible missing fractions of a term, and the largest deviation of a fitted fraction from them.
+# In this order, the term is missing, has the opposite sign, is doubled, or is halved.
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
 # A fitted size may be at most this much below zero [SI].
 _ZERO = 1e-6
-# Sizes, which cannot be negative: masses, moments of inertia, lengths and gravity.
+# Names of sizes, which cannot be negative: masses, moments of inertia, lengths and gravity.
 _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 
 

@@ -25,8 +25,8 @@ Rates = Callable[[Array], Array]
 Step = Callable[[Rates, Array, float | Array], Array]
 """Function from rates, states and the length of a step [s], or of each, to the next states."""
 
-# Fixed-point iterations per implicit step, and the relative change at which they stop. With steps
-# of 0.02 s each iteration more than halves the error.
+# Maximum number of fixed-point iterations in an implicit step, and the relative change at which
+# they stop. With steps of 0.02 s each iteration reduces the error to less than half.
 _REPETITIONS, _SETTLED = 40, 1e-14
 
 
@@ -253,7 +253,7 @@ class Carried:
         moved = (states[:, None, :-1] + shifts[:, :, None]).reshape(7, -1)
         ahead = RK4(self._rates, moved, spacing).reshape(7, 8, -1)
         slopes = (ahead[:, 1:] - ahead[:, :1]) / SMALL_STEP
-        # Axes: row, component of the next state, component of the state.
+        # Axes: row, component of the next state, component of the present state.
         self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))
 
     def _rates(self, y: Array) -> Array:

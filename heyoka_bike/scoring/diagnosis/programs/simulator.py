@@ -28,20 +28,21 @@ from heyoka_bike.scoring.diagnosis.programs.program import NAMES, ParameterValue
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Number of Gauss points per interval, and lengths of intervals [s]. With the first length the error
-# of the benchmark's motions is 1e-13; 12 points in intervals of half this length give the same in
-# twice the time. The second length is for motions that do not converge with the first: a steer axis
-# may swing round within some hundredths of a second.
+# of the benchmark's motions is 1e-13. Intervals of half this length with 12 points have the same
+# error, but take twice the time. The second length is for motions that do not converge with the
+# first length: a steer axis may swing round within some hundredths of a second.
 _GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
-# Maximum number of Newton iterations on an interval, and the relative change at which they end. The
-# next change would be a millionth of it.
+# Maximum number of Newton iterations on an interval, and the relative change at which they end. A
+# further iteration would change the motion by only a millionth of that change.
 _MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
-# Motions whose last change exceeds this have met a singularity.
+# A motion whose last change exceeds this relative value has met a singularity.
 _PART_LOST = 1e-6
-# Use an extrapolated first guess only if the state then changes by less than this many times the
-# change in the last interval.
+# An extrapolated first guess is used only if its change is less than this many times the change in
+# the last interval.
 _FARTHER = 3.0
 _STATE_LENGTH = 7
-# Number of motions that are simulated together; more would not fit into the processor's cache.
+# Number of motions that are simulated together. More motions would not fit into the processor's
+# cache.
 _MOTIONS_AT_ONCE = 48
 
 
@@ -76,7 +77,8 @@ class Simulator:
     """Simulator of motions; states that were computed are kept for later requests."""
 
     def __init__(self) -> None:
-        # A template: its constants are replaced with those of other bicycles.
+        # Equations that serve as a template: their constants are replaced with those of other
+        # bicycles.
         self._any = Equations.of(read_bicycle(benchmark_bicycle()), Arrays())
         self._known: dict[object, Array] = {}
 
@@ -126,8 +128,9 @@ class Simulator:
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is not None and key not in self._known:
                 new[key] = m, c
-        # Simulate equations of one kind together: additional forces take longer, and tensors that
-        # do not turn take longest.
+        # Simulate equations of the same kind together, because the kinds take different times:
+        # equations with additional forces take longer than those without, and equations with
+        # tensors that do not turn take longest.
         kinds = {
             k: bool(m.amounts) + any(x in TENSORS for x in m.amounts) for k, (m, _) in new.items()
         }
@@ -226,7 +229,7 @@ class Simulator:
     def _columns(self, motion: MotionRequest, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
-        # A motion near a singularity may become very fast, and overflow.
+        # A motion near a singularity may become so fast that numbers overflow.
         with np.errstate(all="ignore"):
             made = dict(equations.columns(list(states)))
             return made | following(made, p) | _energies(equations, states)
@@ -249,7 +252,7 @@ def _constants(values: ParameterValues) -> _Constants | None:
     try:
         equations = equations_of(values)
     except ZeroDivisionError:
-        # One half of the bicycle has neither mass nor inertia.
+        # This exception occurs if the rear or the front assembly has neither mass nor inertia.
         return None
     equations.convert(lambda x: found.append(float(x)), equations.a)
     return np.array(found), float(equations.k.length)
@@ -306,7 +309,7 @@ def _nodal_states(
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
                     n, len(identity), len(identity)
                 )
-                # A motion that has ended no longer changes.
+                # A motion that has ended is not changed any more.
                 good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=(0, 1))
                 matrix[~good] = identity
                 change = _solved(matrix, left.reshape(-1, n))
@@ -320,11 +323,11 @@ def _nodal_states(
             if is_lost.all():
                 break
             found[i] = np.concatenate([y[None], guess])
-            # Rates at the points after the last change, to first order.
+            # Derivatives at the points after the last change of the state, to first order.
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
-            # The polynomial of a motion with kinks may extrapolate to anywhere.
+            # The polynomial of a motion with kinks may extrapolate to any value.
             change, before = (np.max(np.abs(x - y), (0, 1)) for x in (guess, found[i]))
             guess = np.where(change < _FARTHER * before, guess, y)
     return found
@@ -383,15 +386,15 @@ def _rates(
     equations: Equations, amounts: Mapping[str, Array], states: Array
 ) -> tuple[Array, Array]:
     """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
-    # The derivatives by the yaw are needed only for forces in ground axes, and for inertia that
-    # keeps its initial direction.
+    # The derivatives with respect to the yaw are needed only for forces in ground axes, and for
+    # inertia that keeps its initial direction.
     shifts = SMALL_STEP * np.concatenate(
         [np.zeros((_STATE_LENGTH, 1)), np.eye(_STATE_LENGTH)], axis=1
     )
     y = list(np.moveaxis(states, 1, 0)[:, None] + shifts[:, :, None, None])
     made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
     f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
-    # Axes: point, component of the rates, component of the state, motion.
+    # Axes: point, component of the derivative, component of the state, motion.
     slopes = ((f[:, 1:] - f[:, :1]) / SMALL_STEP).transpose(2, 0, 1, 3)
     return np.moveaxis(f[:, 0], 0, 1), slopes
 

@@ -35,9 +35,11 @@ from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 _ZERO, _RATIO = "zero ", "ratio "
-# Number of edits, and of values, that are refined alone; each is then tried with its best partner.
+# Number of single edits, and of single values, that are refined. Each is then tried with its best
+# partner.
 _ALONE = 2
-# Number of pairs of an edit and a value that are refined: those that explain most to first order.
+# Number of pairs of an edit and a value that are refined: the pairs that explain most of the error
+# to first order.
 _PAIRS = 4
 
 
@@ -166,9 +168,9 @@ def edit_beside_a_value(
     best_alone = min(ones, default=start.left)
     found = []
     for pair in sorted(promised, key=lambda p: promised[p])[:_PAIRS]:
-        # To first order, a pair must be ten times better than the best edit or value alone. Pairs
-        # in three files were 57 to 3,200 times better, and the best pair for an integrator's error
-        # (ode-default) 1.3 times.
+        # To first order, a pair must be ten times better than the best single edit or value. In
+        # three files with both, the best pair was 57 to 3,200 times better. For an integrator's
+        # error (ode-default) it was 1.3 times better.
         if CLEARLY * promised[pair] < best_alone:
             names = sorted(pair, key=_is_edit, reverse=True)
             x, left = asked.refined(names, np.zeros(2))
@@ -176,8 +178,9 @@ def edit_beside_a_value(
     if not found:
         return None
     left, name, size = min(found)
-    # After refinement, a pair must be ten times better than an edit or value alone. For errors of
-    # integrators it is up to 2.5 times better, and reduces the residual by a factor of 7.
+    # After refinement, a pair must be ten times better than a single edit or value. For errors of
+    # integrators, the best pair is at most 2.5 times better, although it reduces the residual by a
+    # factor of 7.
     is_both = CLEARLY * left < best_alone
     gain = start.left / left
     if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.direction_factor)):

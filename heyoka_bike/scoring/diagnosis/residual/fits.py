@@ -117,7 +117,7 @@ class Fits:
             before = best[0] if best else None
             found = [h for changes in several for h in judged(self._refined(changes))]
             for h in found:
-                # Fits that drop some of their values may end with the same values.
+                # Different fits may drop some of their values and end with the same values.
                 if h.log_odds > least and not any(h.parts == x.parts for x in best):
                     best.append(h)
             best.sort(key=lambda h: -h.log_odds)
@@ -132,7 +132,8 @@ class Fits:
         while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
-        # Further values always explain more. Drop subsets that hardly gain by them.
+        # A fit with more values always explains more. Drop the fits that hardly gain by their
+        # additional values.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
     def first_order(self, names: Sequence[str]) -> Blocks:
@@ -167,8 +168,9 @@ class Fits:
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, THRESHOLDS.max_subsets // size // len(views))
-                    # Single values that explain nearly as much are all refined: their whole runs
-                    # differ more than their first orders do.
+                    # All single values that explain nearly as much as the best one are refined,
+                    # because their effects on whole runs differ more than their effects to first
+                    # order.
                     alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
                     count = max(most, np.sum(alike)) if size == 1 else most
                     found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))

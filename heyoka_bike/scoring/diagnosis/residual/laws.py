@@ -15,11 +15,12 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 
-# Ratio of neighbouring places of a law, and number of places. The smallest place is a small part of
-# the largest, because regularised friction changes within a small part of its range.
+# Ratio of neighbouring values of the variable at which a law is fitted, and number of these values.
+# The smallest is a small fraction of the largest, because regularised friction changes within a
+# small part of its range.
 _RATIO, _PLACES = 2**0.5, 20
 # Number of successive averages in a stretch of a run. Each average shares half of its rows with the
-# next one.
+# next average.
 _STRETCH = 2
 
 

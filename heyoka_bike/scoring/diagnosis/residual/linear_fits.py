@@ -18,18 +18,21 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 
-# Repetitions of the weighted least squares. Each reduces the error of the weights; more repetitions
-# change nothing visible.
+# Number of repetitions of the weighted least squares. Each reduces the error of the weights; more
+# repetitions would have no visible effect.
 _REPETITIONS = 12
-# Smallest visible remaining error, relative to its block: the roundoff of the normal equations.
+# Smallest remaining error that is visible, relative to the norm of its block. It is set by the
+# roundoff of the normal equations.
 _VISIBLE = 1e-7
-# Subsets explain nothing if their terms exceed the error by this factor, and cancel each other.
+# A subset of unknowns explains nothing if its terms are larger than the error by this factor and
+# cancel each other.
 _CANCEL = 5.0
-# Damping (Levenberg) for unknowns that the other ones nearly determine, relative to the diagonal.
+# Damping (Levenberg), relative to the diagonal, of an unknown that the other unknowns nearly
+# determine.
 _DAMPING = 1e-12
-# Maximum numbers of steps, and of halvings of a step. To find an inertia of zero instead of the
-# largest one takes six steps, the first of which is halved twice. The fit ends if the expected gain
-# of a step is below the last factor.
+# Maximum number of steps, maximum number of halvings of a step, and the expected gain of a step
+# below which the fit ends. It takes six steps to find an inertia of zero instead of the largest
+# one, and the first of these steps is halved twice.
 _STEPS, _HALVINGS_OF_STEP, _PROMISED = 6, 5, 1.01
 
 Errors = Callable[[Sequence[Array]], Sequence[Sequence[Array]]]
@@ -136,8 +139,8 @@ def best_subsets(
 def solve(b: Blocks, members: NDArray[np.intp]) -> tuple[Array, Array]:
     """Fit the unknowns of each subset; return changes, shape (K, m), and gains, shape (K,)."""
     rows = members[:, :, None]
-    products = np.moveaxis(b.products[:, rows, members[:, None, :]], 0, 1)  # K, B, m, m
-    moments = np.moveaxis(b.moments[:, members], 0, 1)  # K, B, m
+    products = np.moveaxis(b.products[:, rows, members[:, None, :]], 0, 1)  # shape (K, B, m, m)
+    moments = np.moveaxis(b.moments[:, members], 0, 1)  # shape (K, B, m)
     before = b.squares + b.floors
     least = b.floors + _VISIBLE**2 * b.squares
     left = np.broadcast_to(before, (len(members), len(before)))

@@ -26,7 +26,8 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blo
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 from heyoka_bike.scoring.ratios import CLEARLY
 
-# Indices in the state: of roll and steer angle, and of their rates and the rolling rate.
+# Indices in the state: those of the roll and steer angle, and those of the roll rate, steer rate
+# and rolling rate.
 _ANGLES, _PLACES_OF_SPEEDS = [0, 2], [3, 4, 5]
 
 
@@ -154,12 +155,13 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     found = []
     for (i,), (size,), gain in zip(fits.members, fits.changes, fits.gains, strict=True):
         left = b.squares - 2 * size * b.moments[:, i] + size**2 * b.products[:, i, i]
-        # Rounding may make this negative.
+        # Rounding may make this square negative.
         left = np.maximum(left, 0.0) + b.floors
         falls = np.log((b.squares + b.floors) / left).reshape(len(motions), -1) / 2
-        # The residual of the angles shows integrators. Forces and drifting constraints have none.
+        # Integrators leave a residual in the equations of the angles. Forces and drifting
+        # constraints do not.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
-        # Each rate of an angle has as many independent values as an equation of motion.
+        # Each equation of an angle's rate has as many independent values as an equation of motion.
         seen = (
             THRESHOLDS.independent_values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
         )
@@ -172,13 +174,13 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
             found.append(
                 Method(scheme.says, scheme.order, near or step, near is not None, float(gain), odds)
             )
-    # Methods whose first terms are multiples of each other, such as BDF2's, keep the order of
-    # `SCHEMES`.
+    # Methods whose first error terms are multiples of each other, such as those of BDF2, remain in
+    # the order of `SCHEMES`.
     order = [s.says for s in SCHEMES]
     found.sort(key=lambda m: (-round(m.log_odds, 3), order.index(m.says)))
     least = max((m.log_odds for m in found), default=0.0) - THRESHOLDS.report_log_odds
     found = [m for m in found if m.log_odds > max(least, THRESHOLDS.report_log_odds)]
-    # Prefer steps that fit the rows: hardly any program interpolates its rows.
+    # Prefer methods whose step fits the rows, because hardly any program interpolates its rows.
     return tuple([m for m in found if m.is_of_rows] or found)
 
 
@@ -189,6 +191,6 @@ def step_of_rows(step: float, spacing: float, relief: float) -> float | None:
     of that factor.
     """
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
-    # Rounding to nine digits removes the roundoff of the times.
+    # Rounding to nine digits removes the roundoff of the times from the step.
     is_near = abs(step - near) < near / max(relief, CLEARLY)
     return float(f"{near:.9g}") if is_near else None

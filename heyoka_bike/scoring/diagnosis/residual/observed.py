@@ -31,25 +31,26 @@ If the speed is missing, it is computed from the others by the exact equation of
 then not compared. Missing rates are computed as slopes of their angles.
 """
 
-# Error of a slope by central differences of order 10, in last digits of the column, times the
-# distance of the rows.
+# Rounding error of a slope by central differences of order 10: this many last digits of the column,
+# divided by the distance of the rows.
 _IN_SLOPE = 1.23
 
 _DEGREE_OF_WINDOW, _LOWER_DEGREE = 9, 7
 _MOST_ROWS_OF_WINDOWS = 1001
 _FEWEST_ROWS_OF_WINDOWS = 12
-# Minimum half width of a window: in seconds, and in rows.
+# Minimum half width of a window: in seconds, and as a number of rows.
 _HALF_WIDTH, _IN_ROWS = 0.15, 4.0
 _MOST_ROUNDS = 30
-# A bicycle with a larger lean does not come upright again [rad].
+# A bicycle that leans more than this does not come upright again [rad].
 _LARGEST_LEAN = 1.2
-# Values of a bicycle are smaller than this, unless the motion has blown up [SI].
+# All values of a bicycle are smaller than this, unless the motion has become unstable [SI].
 _LARGEST_CONDITION = 1e6
-# Rows from which the exact equations are integrated back to t = 0, and the number of steps.
+# Rows from which the exact equations are integrated back to t = 0, and number of integration steps.
 _BEGINNING, _STEPS_BACK = slice(1, 5), 20
 CONVERGED = 1e-15
 """Change at which the conversion of columns to the default definitions stops [SI]."""
-# The conversion has failed if the last change exceeds this value [SI].
+# The conversion of columns to the default definitions has failed if its last change exceeds this
+# value [SI].
 _PART_LOST = 1e-10
 
 
@@ -124,8 +125,8 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
     lies = ~is_up & (height < MEANINGLESS_ERROR * height[0])
-    # Without a potential energy, take the rows after which the lean stays large. An angle in
-    # degrees becomes small again.
+    # If there is no potential energy, find the row after which the lean remains large. An angle in
+    # degrees becomes small again, so it is not mistaken for a fall.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
         return part
@@ -170,7 +171,8 @@ def observe(
         kinematic_uncertain=off[:2],
         definitions={k: name for k, name in names.items() if k in part.values},
         is_begun=is_begun,
-        # Slopes are less accurate in the first rows, so the rates must be in the file.
+        # Slopes of angles are less accurate in the first rows than elsewhere, so the rates must be
+        # in the file.
         has_beginning=is_begun and LATERAL_ANGLES.keys() <= part.values.keys(),
         has_state={*STATE_KEYS} <= part.values.keys(),
     )
@@ -276,8 +278,8 @@ def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tup
         (windows @ local_polynomials(time, middle, degree)[:, 1]).T
         for degree in (_DEGREE_OF_WINDOW, _LOWER_DEGREE)
     )
-    # Integrating by parts: the mean of a derivative is the mean of the column, weighted by minus
-    # the slope of the bump.
+    # By integration by parts, the mean of a derivative weighted by the bump is the mean of the
+    # column weighted by minus the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
     rounding = np.multiply.outer(digits, np.sqrt(np.sum(per_row**2, axis=1)))
     return slope, np.hypot(slope - lower, rounding)

@@ -72,7 +72,8 @@ GROUPS = tuple(
 )
 """Parameters that a mistake changes together: the inertia of a body, or its mass and its centre."""
 
-# Residual of equations without a solution, relative to the accelerations.
+# Limit for equations that have no solution: a residual relative to the accelerations that is never
+# exceeded.
 _NO_LIMIT = 1e9
 _METHOD = step_log.Step("method", "which integrator's error explains the residual?")
 _TINY = float(np.finfo(np.float64).tiny)
@@ -142,7 +143,7 @@ class Residual:
         self.observed = np.concatenate([m.accelerations.ravel() for m in self.motions])
         unknown = self.blocks(np.concatenate([m.uncertain.ravel() for m in self.motions]))
         digits = np.array([np.median(x) for x in unknown])
-        # Windows that the rows do not resolve have little weight.
+        # Windows in which the rows are too far apart to resolve the motion have little weight.
         shares = [f**2 / (f**2 + x**2) for f, x in zip(digits, unknown, strict=True)]
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self._sizes = np.array([_rms(x) or _TINY for x in self.blocks(self.observed)])
@@ -153,7 +154,8 @@ class Residual:
         self.floors = np.hypot(digits, THRESHOLDS.negligible_error * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
-        # Use only roll and steer: if the speed hardly changes, its equation shows little.
+        # Use only the equations of roll and steer: if the speed hardly changes, its equation shows
+        # little.
         slopes = [max(m.inconsistency(), THRESHOLDS.negligible_error) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         is_blown_up = max(slopes) > MEANINGLESS_ERROR or bool(np.max(rest) == _NO_LIMIT)
@@ -185,8 +187,8 @@ class Residual:
         if shows_equations(self):
             is_open = self.leaves_force(largest)
         else:
-            # If the speed or a rate is missing, a law of the state may wrongly seem to explain far
-            # more. Whole runs decide.
+            # If the speed or a rate is missing in the file, a law of the state may wrongly seem to
+            # explain far more than other causes. In that case simulations of whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
             is_more = is_force or THRESHOLDS.direction_factor * largest < self.limit
@@ -327,7 +329,7 @@ class Residual:
             )
             found.append(np.log(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1)))
         shares = np.mean(found, axis=0)
-        # A residual above the acceleration itself means that a column was read wrongly.
+        # A residual that exceeds the acceleration itself indicates that a column was read wrongly.
         told = shares if np.min(shares) > 0.0 else np.where(shares > 0.0, -np.inf, shares)
         return self.equations[int(np.argmax(told))]
 
@@ -441,8 +443,9 @@ class Residual:
         pairs = []
         for i, first in enumerate(ranked[: THRESHOLDS.max_pairs]):
             for second in ranked[i + 1 :]:
-                # The effect of two mistakes is nearly the sum of their effects. A small mistake may
-                # increase the residual alone, but reduce it together with a large one.
+                # The effect of two mistakes together is nearly the sum of their effects. A small
+                # mistake may increase the residual if it is alone, but reduce it together with a
+                # large mistake.
                 both = alone[first.code] + alone[second.code] - self._right
                 about = self._relief(both)
                 if about > THRESHOLDS.min_pair_gain * max(relief[first.code], 1.0):
@@ -496,7 +499,8 @@ class Residual:
     def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
         """Initial states and their scatter, see `start_shown`, by maneuver that has first rows."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        # Motions that have blown up give infinities or NaN, without warnings.
+        # Motions that have become unstable give infinite values or NaN. Suppress the warnings about
+        # them.
         with np.errstate(all="ignore"):
             return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
 
@@ -527,8 +531,8 @@ class Residual:
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
-            # A value differs if its change exceeds the scatter of the rows, and is not negligible
-            # relative to the largest change.
+            # A fitted value differs from the given one if its change exceeds the scatter of the
+            # rows, and is not negligible relative to the largest change.
             least = (
                 THRESHOLDS.start_scatter_factor * scatter
                 + TOLERANCE * np.max(np.abs(off) / size) * size

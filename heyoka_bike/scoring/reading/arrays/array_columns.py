@@ -27,7 +27,7 @@ from heyoka_bike.scoring.reading.table import ReadColumn
 from heyoka_bike.scoring.reading.text.blocks import rests
 from heyoka_bike.scoring.reading.text.dialects import Dialect
 
-# Ten million rows of 25 numbers; more is what a damaged header says.
+# The limit is ten million rows of 25 numbers. A larger size probably comes from a damaged header.
 MOST_BYTES = 2 * 10**9
 """Size of the largest array that is read."""
 
@@ -36,9 +36,9 @@ _REFUSED = {
     "O": "Python objects", "S": "text", "U": "text", "T": "text", "V": "records",
 }  # fmt: skip
 _WITH_POINT = Dialect("", ".")
-# Numbers of a column of which digits are counted.
+# Maximum number of values of a column whose digits are counted.
 _NUMBERS_COUNTED = 2000
-# Of these the digits beyond binary64 are looked at.
+# Maximum number of these values that are checked for digits beyond binary64.
 _NUMBERS_LOOKED_AT = 40
 
 
@@ -85,7 +85,8 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
     if array.dtype.kind == "O":
         if (long := long_numbers(array)) and lo is None and long.bits is not None:
             hi, rest = long.as_pairs()
-            # Times without a rest may be rounded decimals: `times.settle` decides that later.
+            # Times without digits beyond binary64 may be rounded decimals. `times.settle` decides
+            # this later.
             is_exact = bool(rest.any())
             column = binary_column(hi, rest if is_exact else None, long.bits)
             return replace(column, significant=None) if is_exact else column
@@ -109,7 +110,7 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
         elif bits > 53:
             remainder = (array - values).astype(np.float64)
             if not remainder.any():
-                # Binary64 numbers in a longer type.
+                # The longer type contains only binary64 numbers.
                 remainder = None
     if remainder is not None:
         remainder[~np.isfinite(values)] = 0.0

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Double
 
-# More digits than a pair of binary64 numbers can hold.
+# Decimal arithmetic with more digits than a pair of binary64 numbers can contain.
 _DECIMAL = Context(prec=50, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 _BITS_OF_BINARY64 = 53
-# Least bits of a ball, however large its radius is.
+# Smallest number of bits that a ball counts for, however large its radius is.
 _LEAST_BITS = 1
 
 

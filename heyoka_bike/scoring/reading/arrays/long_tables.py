@@ -15,7 +15,7 @@ from heyoka_bike.scoring.reading.arrays.array_columns import read_maneuvers
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup
 from heyoka_bike.scoring.reading.names.heading import is_maneuver, is_time
 
-# As pandas, R and others call the column of names and that of values.
+# Names that pandas, R and other programs give to the column of names and to the column of values.
 _NAMES_OF_VARIABLE = ("variable", "name", "quantity", "signal", "column", "key", "measure")
 _KINDS_OF_COLUMNS = {
     **dict.fromkeys(_NAMES_OF_VARIABLE, "variable"),
@@ -44,7 +44,7 @@ def pivoted(group: ArrayGroup) -> ArrayGroup:
     kinds = long_columns(group.names)
     if not kinds or not group.groups.keys().isdisjoint(kinds.values()):
         return group
-    # The name of the times may have their unit.
+    # The name of the column of times may contain a unit.
     time = kinds["time"]
     cells = {kind: np.ravel(group.arrays[name][()]).tolist() for kind, name in kinds.items()}
     numbers = np.full(len(cells["time"]), np.nan)

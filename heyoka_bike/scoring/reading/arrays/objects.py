@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.request import Request
 def by_name(x: Any) -> Mapping[str, Any] | None:
     """Return an object that has columns as a mapping of their names; None for another."""
     if isinstance(x, Mapping):
-        # Of a dataset of xarray the time is a coordinate.
+        # In a dataset of xarray, the time is a coordinate.
         members = {**getattr(x, "coords", {}), **x}.items()
         return {f"maneuver_{n}" if isinstance(n, Integral) else str(n): y for n, y in members}
     if isinstance(x, type):
@@ -31,7 +31,8 @@ def by_name(x: Any) -> Mapping[str, Any] | None:
         return found if isinstance(found, Mapping) else {"": found}
     if not (hasattr(x, "__getitem__") and isinstance(getattr(x, "columns", None), Iterable)):
         return None
-    # Columns of pyarrow are the arrays themselves.
+    # The attribute `columns` of a pyarrow table contains arrays, so their names are read from
+    # `column_names`.
     frame = {str(name): x[name] for name in getattr(x, "column_names", x.columns)}
     index = getattr(x, "index", None)
     name = getattr(index, "name", None)
@@ -51,14 +52,15 @@ def as_array(x: Any, request: Request) -> Any:
     if isinstance(x, StoredArray) or type(x) is np.ndarray:
         return x
     if all(hasattr(x, name) for name in ("rows", "cols", "tolist")):
-        # A matrix of mpmath or SymPy, which NumPy would round to binary64.
+        # This is a matrix of mpmath or SymPy. NumPy would round its numbers to binary64.
         x = np.array(x.tolist(), dtype=object)
     try:
-        # Of a matrix every part is a matrix, too.
+        # Every part of a NumPy matrix is a matrix itself, so convert it to an ordinary array.
         array: NDArray[Any] = np.asarray(x) if isinstance(x, np.matrix) else np.asanyarray(x)
     except (ValueError, TypeError, OverflowError):
         said = f"found a {type(x).__name__} that is no array, expected real numbers"
         raise request.error(said) from None
-    # Words one by one may be decimals, and the first that is none can be named.
+    # A list of words may contain decimals. As Python objects, the words are converted one by one,
+    # and an error can name the first that is not a number.
     is_words = array.dtype.kind == "U" and array.shape and not hasattr(x, "dtype")
     return array.astype(object) if is_words else array

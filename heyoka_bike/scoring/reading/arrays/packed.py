@@ -66,7 +66,8 @@ def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
         packed = np.asarray(source[()])
         values: Any = packed.astype(dtype)
         if is_packed:
-            # So 3 steps of 0.1 are 0.3, and not the next number above it.
+            # Divide by the inverse of the step if it is an integer. Then 3 steps of 0.1 are 0.3,
+            # and not the next number above it.
             inverse = np.rint(1 / step) if step else 0.0
             is_reciprocal = inverse and 1 / inverse == step
             values = ((values / inverse if is_reciprocal else values * step) + offset).view(Steps)

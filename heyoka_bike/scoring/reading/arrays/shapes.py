@@ -10,14 +10,16 @@ from heyoka_bike.scoring.reading.arrays.array_columns import read_array, read_ma
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup, is_vector, length
 from heyoka_bike.scoring.reading.names.heading import group_number, is_maneuver, parse_heading
 
-# What Simulink calls the outputs of a model; its states may have the same shape.
+# Names that Simulink gives to the outputs of a model. The array of its states may have the same
+# shape.
 _SIMULINK_OUTPUTS = ("yout", "simout", "y")
-# Axes of maneuvers, rows and columns: as NumPy's programs have them, as MATLAB's, others.
+# Positions of the axes of maneuvers, rows and columns in an array: first the usual order in NumPy,
+# then the usual order in MATLAB, then the remaining orders.
 _ORDERS_OF_AXES = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
 
 
 def by_maneuver(group: ArrayGroup) -> ArrayGroup:
-    """Groups of the maneuvers for which arrays have an axis; the group if they have none."""
+    """Return a group for each maneuver if an array has an axis of maneuvers; else the group."""
     if any(map(group_number, group.names)):
         return group
     parts = _columns_by_maneuver(group) or _table_by_maneuver(group)
@@ -70,7 +72,7 @@ def _table_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
     ]
     if len({name for name, _ in fitting}) != 1:
         return {}
-    # Where several orders fit, it is the first of them.
+    # If several orders of the axes fit the shape, use the first of them.
     name, order = fitting[0]
     parts = read_array(group.arrays[name], request.within(name)).transpose(order)
     return {f"maneuver_{i}": {**group.times, name: part} for i, part in enumerate(parts, 1)}

@@ -109,7 +109,8 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
     names = (found[0].names or ()) if found else None
     if not group.groups or request.names or len(found) > 1 or names == ():
         return found
-    # Groups of other lengths, or with the same names, are none of one table.
+    # If the groups contain columns of different lengths, or columns of the same name, they are not
+    # parts of one table.
     with suppress(InputError):
         every = group.with_all_below()
         known = _known_vectors(every)
@@ -152,7 +153,7 @@ def _with_known_beside(
     reason: Reason = Reason.BESIDE_A_TABLE,
 ) -> list[ReadTable]:
     """The tables, the first with the evidence that arrays of known names stand beside them."""
-    # A single number is a parameter.
+    # A single number is a parameter, not a column.
     rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
     known = [name for name in rows if _is_known_column(name)]
     if not known:
@@ -172,7 +173,7 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
         if group_number(name) is None and len(x.shape) == 2 and {*x.shape} & {*request.widths}
     ]
     others = {name: x for name, x in group.groups.items() if group_number(name) is None}
-    # Groups that hold one name twice hold no columns.
+    # If a name occurs twice in these groups, they are not searched for columns.
     with suppress(InputError):
         every = ArrayGroup(others, request).with_all_below()
         for name, x in every.arrays.items():
@@ -217,7 +218,8 @@ def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
     parts = group.of_maneuvers()
     if depth < DEEPEST and not parts and len(group.groups) == 1:
         parts = [ArrayGroup(x, group.request) for x in group.groups.values()]
-    # Of several maneuvers the first one shows what the others are like.
+    # The groups of several maneuvers are usually alike, so the error names what was found in the
+    # first one.
     if depth < DEEPEST and parts:
         return _refusal(parts[0], depth + 1)
     found = names_found([name for name in group.names if name])
@@ -298,7 +300,7 @@ def _read_columns(
         if is_maneuver(name):
             x, lo = read_maneuvers(x, part), None
         columns.append(read_column(x, lo, is_time(name), part))
-    # Of decimals, a constant column is written like the others, as in a text.
+    # A constant column of decimals has the same resolution as the other columns, as in a text file.
     are_decimals = any(c.significant for c in columns)
     return evened(columns, time_among(meant)) if are_decimals else columns
 

@@ -16,11 +16,13 @@ from typing import Any
 from heyoka_bike.scoring.reading.encodings import encoding_of
 from heyoka_bike.scoring.reading.not_read import NOT_READ, is_called_spreadsheet, not_read
 
-# Of MATLAB's version 4: its header and a letter; names; types of numbers, text among them.
+# Limits that distinguish MATLAB's version 4: the minimum size, which is a header and a name of one
+# letter [bytes]; the maximum length of a name; and the codes of the types of numbers, with 1 added
+# for text.
 _LEAST_OF_MATLAB_4 = 22
 _LONGEST_NAME = 64
 _KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
-# MATLAB puts a text of this length before HDF5.
+# Length of the text that MATLAB writes before the HDF5 part of a file [bytes].
 _MATLAB_TEXT = 512
 _SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
 STREAM_OF_ARROW = b"\xff\xff\xff\xff"
@@ -96,9 +98,9 @@ def _is_matlab_4(head: bytes) -> bool:
 
 
 def _is_matlab(head: bytes, suffix: str) -> bool:
-    # Those of version 4 begin with a number.
+    # A file of MATLAB's version 4 begins with a number, so it is not a text.
     is_version_4 = (suffix == ".mat" and encoding_of(head) is None) or _is_matlab_4(head)
-    # A text may have the last two letters there, too, as in TIME.
+    # The two letters IM are not enough, because a text may contain them in this place, as in TIME.
     return is_version_4 or head[124:128] in (b"\0\1IM", b"\1\0MI") or is_hdf5_of_matlab(head)
 
 
@@ -152,7 +154,8 @@ FORMATS = (
         "arrow", "Arrow", "a table, as a file, a stream or Feather",
         _begins(b"ARROW1", STREAM_OF_ARROW), "libraries.read_arrow", "pyarrow", "an Arrow file",
     ),
-    # Version 4 is told by the name, if it is none of those.
+    # MATLAB's version 4 is recognised by the suffix of the file name if the file has none of the
+    # formats above.
     Format(
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
@@ -160,7 +163,7 @@ FORMATS = (
         "objects), trajectories of Dymola and OpenModelica. Versions 4 to 7.3 (7.3 needs no SciPy)",
         _is_matlab, "matlab.read", "scipy", "a MATLAB file", is_ordered=False,
     ),
-    # What is none of the others.
+    # A file that has none of the formats above may be a text.
     Format(
         "text", "text",
         "rows of numbers, with or without a heading; tables with words in some columns; of "

@@ -25,13 +25,14 @@ from heyoka_bike.scoring.reading.names.heading import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
-# Of a frame of pandas, the columns of one type.
+# Beginning of the name of a block, which contains all columns of one type of a data frame of
+# pandas.
 _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 _BYTES_OF_LETTER = 4
-# A row of texts is refused if it would exceed the limit by more than this factor with every text as
-# long as the file. The true lengths are not known before it is read.
+# A row of texts is refused if it would exceed the limit by more than this factor, provided that
+# every text were as long as the file. The true lengths are known only after reading.
 _MOST_TIMES = 10
 
 
@@ -80,7 +81,7 @@ class _OwnFile:
         found: dict[str, Any] = {}
         for name, x in self._members(group):
             if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
-                # As Octave writes a variable.
+                # Octave writes a variable as a group with its type and its value.
                 x = dict(self._members(x)).get("value")
             if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
                 fields = {n: y for n, y in self._members(x) if isinstance(y, h5py.Dataset)}
@@ -112,7 +113,8 @@ class _OwnFile:
             if "index" in (rows.dtype.names or ()):
                 index = _of_kind(rows["index"], table.attrs.get("index_kind"))
             fields = [name for name in rows.dtype.names or () if name != "index"]
-            # Those that can be searched for stand beside the blocks, each by its name.
+            # Columns that pandas can search are not in the blocks. Each is stored separately under
+            # its name.
             alone = [name for name in fields if not name.startswith(_BLOCK)]
             found += ((name, _of_kind(rows[name], table.attrs.get(f"{name}_dtype")))
                       for name in alone if rows[name].ndim == 1)  # fmt: skip
@@ -129,7 +131,8 @@ class _OwnFile:
                     names = [_text(x) for x in self._array(items)[()].ravel()]
                     kind = values.attrs.get("value_type")
                     found += zip(names, _of_kind(self._array(values)[()], kind).T, strict=True)
-        # The index may be the times; one of integers counts the rows.
+        # The index of the rows may contain the times, but an index of integers only counts the
+        # rows.
         if index is not None and index.dtype.kind in "fm" and not any(is_time(n) for n, _ in found):
             found.insert(0, (TIME, index))
         return self._request.by_name(found)
@@ -146,7 +149,8 @@ class _OwnFile:
             inner = [self._referred(x) for x in cells.ravel(order="F")]
             return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
         if dataset.attrs.get("MATLAB_class") == b"char":
-            # The text stays in memory, and any number of references may lead to it.
+            # The text remains in memory, and any number of references may lead to it, so count its
+            # memory each time.
             self._spend(prod(dataset.shape) * _BYTES_OF_LETTER)
             return np.array("".join(map(chr, array[()].ravel())))
         return unpacked(array, dataset.attrs)
@@ -164,7 +168,8 @@ class _OwnFile:
         leads there.
         """
         for name in group:
-            # A name with a slash in it is looked up as a place, whatever is on the way.
+            # HDF5 looks up a name that contains a slash as a path, and follows any link on this
+            # path.
             if "/" not in name and isinstance(group.get(name, getlink=True), h5py.HardLink):
                 self._claim()
                 item = group[name]

@@ -20,14 +20,15 @@ from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 from heyoka_bike.scoring.reading.text.rows import read_text
 
-# Names of the columns of rows, and of the rows.
+# Names of the members that contain the names of the columns, and of those that contain the rows.
 _WORDS_FOR_NAMES = ("columns", "names", "header", "headers", "fields")
 _WORDS_FOR_ROWS = ("data", "rows", "values")
-# Arrays in arrays: of programs, maneuvers, columns and what a format puts around them.
+# Maximum depth of arrays in arrays. Arrays of programs, maneuvers and columns, and those that a
+# format adds around them, are less deep.
 _DEEPEST = 30
 _TOO_DEEP = "found arrays in too many others, expected rows"
 _NOT_BLANK = re.compile(r"\S")
-# In the place of what was not printed.
+# Three dots that replace the part of an array that was not printed.
 _ELLIPSIS = re.compile(rb"(?<![.\w])\.\.\.(?![.\w])")
 
 
@@ -47,7 +48,7 @@ def read(file: ResultFile) -> Any:
     try:
         document = _parsed(text, file.encoding, file.request)
     except InputError as error:
-        # A heading may begin with a bracket, too.
+        # The heading of a text file may also begin with a bracket, so try to read the file as text.
         with suppress(InputError):
             read_text((text,), file.encoding, file.request)
             return None
@@ -102,7 +103,8 @@ def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
         return None
     if _are_scalars(chain(*x)):
         return _rows(x, request)
-    # An array of all parts if they are arrays of one shape; else each is of a maneuver.
+    # If all parts are arrays of the same shape, join them into one array. Otherwise each part
+    # belongs to a maneuver.
     parts = [below(y) for y in x]
     shapes = {getattr(y, "shape", None) for y in parts}
     if len(shapes) == 1 and None not in shapes:
@@ -119,7 +121,7 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
     numbers = [_number(x) for x in items]
     if numbers == [None]:
         return below(items[0])
-    # A number that is not told is the place.
+    # If an object does not state the number of its maneuver, its position is the number.
     told = [n or i for i, n in enumerate(numbers, 1)]
     if len(set(told)) < len(told):
         told = list(range(1, len(items) + 1))
@@ -137,7 +139,7 @@ def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) ->
         values, unit = lists[0], x.get("unit", x.get("units"))
     found = below(values)
     if found is None and isinstance(values, list) and values and is_known(name):
-        # Left out, it would be a column that nobody has seen.
+        # Without this error, the column would be left out and the user would not notice it.
         raise request.error(
             f"{name}: found a list that is no column, expected a number in each place"
         )
@@ -158,7 +160,8 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
         return _rows([words, *rows], request)
     members = list(x.values())
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
-        # The index of the rows has names, outside or inside.
+        # The object may contain columns by name, or rows that contain values by name. Check which
+        # of the two levels has the names of columns.
         if are_names(without_paths(list(x)), request):
             return {name: np.array([y.get(k) for k in members[0]], object) for name, y in x.items()}
         if are_names(without_paths(list(members[0])), request):
@@ -181,7 +184,7 @@ def _rows(rows: list[list[Any]], request: Request) -> Any:
     columns: dict[str, Any] = {}
     again: Counter[str] = Counter()
     for name, *values in zip(*rows, strict=True):
-        # Equal names differ by their number, as pandas makes them.
+        # Columns with the same name are distinguished by a number after the name, as in pandas.
         columns[f"{name}.{again[name]}" if again[name] else name] = np.array(values, object)
         again[name] += 1
     return columns

@@ -26,18 +26,19 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Types of elements in versions 5 to 7 (*MAT-File Format*, The MathWorks); sizes of numbers [bytes].
+# Size of a number of each type of element in versions 5 to 7 [bytes], see *MAT-File Format* (The
+# MathWorks).
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _MATRIX, _COMPRESSED = 14, 15
-# Classes of arrays; `_NUMBERS` are those from text to 64-bit integers. `_COMPLEX` is a bit of the
-# flags of an array.
+# Classes of arrays. `_NUMBERS` ranges from the class of text to that of 64-bit integers. `_COMPLEX`
+# is the bit of the flags that marks a complex array.
 _SPARSE, _OF_CLASS = 5, 17
 _NUMBERS = range(4, 16)
 _COMPLEX = 0x800
 _BYTES_OF_FLAGS, _LEAST_BYTES_OF_SHAPE = 8, 8
 _BYTES_OF_HEADER = 128
 _ORDERS = {b"IM": "<", b"MI": ">"}
-# Least memory of an array, and most memory of a number or character [bytes].
+# Minimum memory of an array, and maximum memory of a number or a character [bytes].
 _LEAST_BYTES, _WIDEST = 200, 8
 _Element = tuple[int, memoryview]
 
@@ -69,7 +70,7 @@ def matlab_variables(data: bytes, request: Request) -> dict[str, Any]:
     for name, x in loadmat(BytesIO(data), **options).items():
         value = None if name.startswith("__") else _value(x)
         if isinstance(value, OfClass):
-            # SciPy names every object "None".
+            # SciPy gives every object of a class the name "None", so read the name from the object.
             values[_text(x["s0"].item())] = value
         elif value is not None:
             values[name] = value
@@ -124,7 +125,8 @@ class _Unpacker:
             kind, size = unpack_from(f"{self._order}II", data, at)
             start, following = at + 8, at + 8 + size
             if kind >> 16:
-                # A short element: four bytes for its type and length, and four for its content.
+                # A short element has four bytes for its type and length, and four bytes for its
+                # content.
                 kind, size, start, following = kind & 0xFFFF, kind >> 16, at + 4, at + 8
             elif kind != _COMPRESSED:
                 following += -size % 8
@@ -154,13 +156,13 @@ class _Unpacker:
         if of != _OF_CLASS and (len(shape) < _LEAST_BYTES_OF_SHAPE or len(shape) % 4):
             raise ValueError("an array without a shape")
         if of in _NUMBERS:
-            # Without this check, SciPy would read on into the next array.
+            # Without this check, SciPy would continue to read into the next array.
             needed = (6 if of == _SPARSE else 4) + bool(said & _COMPLEX)
             if len(parts) < needed or any(kind == _MATRIX for kind, _ in parts):
                 raise ValueError("an array without its numbers")
         for part in parts:
             self._checked(*part)
-        # Objects of classes have no shape before their name.
+        # In an object of a class, the name is not preceded by a shape.
         place = 1 if of == _OF_CLASS else 2
         return _text(bytes(parts[place][1])) if len(parts) > place else ""
 
@@ -168,7 +170,7 @@ class _Unpacker:
 def _value(x: Any) -> Any:
     """Convert a variable that SciPy read to mappings and lists; None if it is left out."""
     if isinstance(x, str):
-        # SciPy returns the error of a variable that it cannot read as a text.
+        # If SciPy cannot read a variable, it returns the text of the error in its place.
         raise ValueError(x)
     if not isinstance(x, np.ndarray) or type(x).__name__ == "MatlabFunction":
         return None
@@ -178,7 +180,7 @@ def _value(x: Any) -> Any:
         each = [{n: _value(y[n]) for n in names} for y in x.ravel("F")]
         return _together([{n: y for n, y in z.items() if y is not None} for z in each])
     if x.dtype != object:
-        # MATLAB stores numbers of double precision as integers if these take less space.
+        # MATLAB stores double-precision numbers as integers if this takes less space.
         return x.astype("f8") if x.dtype.kind in "iu" and x.itemsize < _WIDEST else x
     found = _together([_value(y) for y in x.ravel("F")])
     return found.reshape(x.shape, order="F") if isinstance(found, np.ndarray) else found
@@ -196,7 +198,7 @@ def _together(values: list[Any]) -> Any:
     return np.fromiter(values, object, len(values))
 
 
-# What writes an object of a class so that it is read.
+# MATLAB code that writes an object of a class to a file that can be read, by the name of the class.
 _TYPES_WRITTEN = {
     "table": "writetable({0}, 'results.csv')",
     "timetable": "writetimetable({0}, 'results.csv')",
@@ -247,7 +249,7 @@ def _trajectory(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
     letters = [str(x) for x in np.ravel(members["name"])]
     info, values = np.asarray(members["dataInfo"]), members.get("data_2")
     if kinds[-1] == "binTrans":
-        # Names and values of a variable are in a column.
+        # The name and the values of each variable are in a column, not in a row.
         width = max(map(len, letters))
         letters = list(map("".join, zip(*(x.ljust(width) for x in letters), strict=True)))
         info = info.T
@@ -257,7 +259,8 @@ def _trajectory(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
         raise request.error("found a trajectory without its names and values, expected both")
     found: list[tuple[str, Any]] = []
     for name, (table, at, *_) in zip(letters, info.astype(int).tolist(), strict=True):
-        # Parameters are in the first table; the time, of table 0, is in each.
+        # Parameters are in the first table and are left out. The time has the table number 0,
+        # because each table contains it.
         if table in (0, 2) and 0 < abs(at) <= len(values):
             found.append((name.strip("\0 "), values[abs(at) - 1] * np.sign(at)))
     return request.by_name(found)
@@ -274,7 +277,7 @@ def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
             found[name] = _structure(name, x, request)
         elif not isinstance(x, OfClass):
             found[name] = x
-    # The time of the simulation is that of what was logged without one.
+    # `tout` contains the times of signals that were logged without times of their own.
     logged = [x for x in found.values() if isinstance(x, dict)]
     if len(logged) == 1 and "tout" in found and "time" not in logged[0]:
         logged[0]["time"] = found["tout"]
@@ -329,7 +332,7 @@ def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, An
     labels = {i: _word(signals[i].get("label")) for i in values}
     if all(map(is_known, labels.values())) or len(values) == 1:
         return {labels[i] or "values": x for i, x in values.items()}
-    # Blocks in the order of the benchmark, or a matrix of each.
+    # The signals must be the blocks of the benchmark in its order, each a vector or a matrix.
     rows = max((max(x.shape, default=0) for x in values.values()), default=0)
     upright = [x if x.shape[:1] == (rows,) else x.T for x in values.values()]
     if any(x.shape[:1] != (rows,) for x in upright):

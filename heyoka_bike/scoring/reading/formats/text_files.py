@@ -31,7 +31,8 @@ from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.text_cells import read_words
 
-# One matrix alone is rows of numbers, and these begin early.
+# Signs of a text file of Octave, and the number of bytes in which they are searched for. If it
+# contains only one matrix, it is read as rows of numbers, which begin within these bytes.
 _OCTAVE, _VARIABLE_OF_OCTAVE, _BYTES_OF_BEGINNING = b"# Created by Octave", b"\n# name:", 400
 
 
@@ -81,7 +82,8 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     try:
         return [read_rows(first, rest(), request)]
     except InputError as error:
-        # Words stand in the first lines if they stand anywhere: a long text of numbers is not kept.
+        # If the file contains words, they are in the first lines. The rest is not kept in memory,
+        # because the file may be a long text of numbers.
         if is_beyond_it or not first.strip():
             raise
         lines = _contents("".join((first, *blocks)).split("\n"), request)
@@ -138,7 +140,8 @@ def _named_lines(lines: list[str], request: Request) -> dict[str, NDArray[np.obj
         if len({*map(len, rows)}) > 1:
             continue
         numbers = [dialect.numbers(row) for row in rows]
-        # One word in front of the numbers, or two: a name and its unit.
+        # Number of words before the numbers: one if a line has only a name, two if it has a name
+        # and a unit.
         words = next((i for i, x in enumerate(numbers[0]) if x is not None), 0)
         are_numbers = all(not any(row[:words]) and all(row[words:]) for row in numbers)
         if words not in (1, 2) or not are_numbers:

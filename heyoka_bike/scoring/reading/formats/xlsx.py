@@ -25,7 +25,8 @@ from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS_OF_CELLS
 from heyoka_bike.scoring.reading.text_cells import read_words
 
-# Rows that a sheet of Excel may have, and more columns than a table of results has.
+# Maximum number of rows in a sheet of Excel, and a number of columns that no table of results
+# exceeds.
 _ROWS_OF_A_SHEET, _COLUMNS_OF_A_TABLE = 2**20, 1000
 
 
@@ -76,7 +77,7 @@ def _with_results(
     """The evidence that sheets beside those of maneuvers hold columns of the benchmark, too."""
     lost = []
     for title in sorted(titles):
-        # What has no such columns are notes, parameters or figures.
+        # A sheet without such columns contains notes, parameters or figures.
         with suppress(InputError):
             for table in _tables(sheets[title], request):
                 layout_of(table, request)
@@ -86,7 +87,7 @@ def _with_results(
 
 def _rows(sheet: Any, request: Request) -> list[list[Any]]:
     """The values of the cells of a sheet, without the columns that are empty."""
-    # What a sheet says of its size may be wrong.
+    # The size that a sheet states may be wrong.
     sheet.reset_dimensions()
     rows: list[dict[int, Any]] = []
     for row in sheet.iter_rows(values_only=True):
@@ -105,7 +106,7 @@ def _tables(rows: list[list[Any]], request: Request) -> list[ReadTable]:
     if not rows or not rows[0]:
         raise request.error("found an empty sheet, expected rows of numbers")
     if len(rows[0]) == 1:
-        # The lines of a text that was pasted into one column.
+        # Each row contains one line of a text that was pasted into a single column.
         text = "".join(f"{'' if row[0] is None else row[0]}\n" for row in rows)
         return read_table((text.encode(),), "utf-8", request)
     try:

@@ -14,13 +14,15 @@ from heyoka_bike.scoring.reading.names.heading_units import BRACKETS, is_si, qua
 from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.request import Request
 
-# Between the words of time_s, steer_rate_deg_s, speed_in_m_s__1.
+# Underscores between the words of a name, as in time_s, steer_rate_deg_s, speed_in_m_s__1.
 _UNDERSCORES = re.compile(r"_+(?=[^_])")
-# A number is that of the maneuver, and a preposition no inch.
+# Endings that are not units: a number is the number of the maneuver, and "in" is a preposition, not
+# the inch.
 _NO_UNIT_BEGINS = re.compile(r"[0-9]|in_", re.IGNORECASE)
-# A unit has at most so many words: speed_m_per_s_1.
+# Maximum number of words in a unit. The name speed_m_per_s_1 contains a unit of four words.
 _MOST_WORDS_OF_UNIT = 4
-# A longer one is no name of a column, but a whole line.
+# Maximum length of a name whose ending may be a unit [characters]. A longer name is a whole line,
+# not the name of a column.
 _LONGEST_OF_R = 1000
 _OF_R = re.compile(r"(.+?)\.\.([A-Za-z.]+)\.")
 Meaning = tuple[str, int | None]
@@ -31,7 +33,8 @@ _NAMES_OF_TIME = (
     "t", "times", "timestamp", "timestamps", "datetime", "sec", "secs", "seconds", "simulationtime",
     "tout",
 )  # fmt: skip
-# The parts of a quaternion by letters, as rear_frame_qw or rear_frame_quaternion_x.
+# Names of the components of a quaternion that end in a letter, such as rear_frame_qw or
+# rear_frame_quaternion_x.
 _PARTS_OF_QUATERNIONS = {
     f"{end}frame{word}{letter}": f"{end}_frame_q{i}"
     for end in ("rear", "front")
@@ -41,18 +44,19 @@ _PARTS_OF_QUATERNIONS = {
 KEYS: Mapping[str, str] = {
     **dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **_PARTS_OF_QUATERNIONS, **KEYS_BY_WORD
 }  # fmt: skip
-# What a name means in another unit than that of its usual meaning.
+# Meaning of a name if its unit differs from the unit of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
     ("v", "J"): "potential_energy",
     ("u", "m s-1"): "forward_speed",
-    # A wheel's.
+    # The rate of a wheel [rad/s] may be written in place of the speed.
     **{(name, "rad s-1"): "forward_speed" for name in ("v", "u", "vx", "speed", "velocity")},
     **{(name, "rad s-1"): "roll_rate" for name in ("roll", "phi", "lean")},
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
 }
-# For values to decide, where the other names (see `meanings`) do not.
+# Ambiguous names and their possible meanings. If the other names of the file do not determine the
+# meaning (see `meanings`), the values do.
 _ALSO: Mapping[str, tuple[str, ...]] = {
     "V": ("forward_speed", "potential_energy"),
     "u": ("potential_energy", "forward_speed"),
@@ -72,17 +76,18 @@ _NANOSECONDS = re.compile(r"(.*?)n(?:ano)?secs?", re.IGNORECASE)
 WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _MANEUVER_BEFORE = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _MANEUVER_BEHIND = re.compile(rf"(.+?)_?(?:{_PATTERN_OF_MANEUVER}_?)?([0-9]{{1,3}})")
-# The same with the name as it is, which may be anything.
+# The patterns below match the unchanged name, which may contain any characters.
 _FIRST = re.compile(rf"{_PATTERN_OF_MANEUVER}[\s_.-]?([0-9]{{1,3}})[\s_./:-]+(.+)", re.IGNORECASE)
 _LAST = re.compile(
     rf"(.+?)(?:[\s_.-]*[\[({{]\s*(?:{_PATTERN_OF_MANEUVER}[\s_-]*)?([0-9]{{1,3}})\s*[\])}}]"
     rf"|[\s_.-]+{_PATTERN_OF_MANEUVER}[\s_-]*([0-9]{{1,3}}))",
     re.IGNORECASE,
 )
-# Of a joint's angle q_3: q3 is a coordinate.
+# Number at the end of a joint's angle such as q_3. Without the underscore, q3 is a coordinate.
 _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
-# Of a maneuver in any place of a name; what else says nothing; what says something else.
+# Patterns of parts of a name. In this order: the number of a maneuver anywhere in the name; numbers
+# and marks that have no meaning; signs of a formula, which has a meaning of its own.
 _MANEUVER_ANYWHERE = re.compile(
     rf"(?<![a-z]){_PATTERN_OF_MANEUVER}[\s_.:-]*[0-9]{{1,3}}(?![0-9])", re.IGNORECASE
 )
@@ -151,7 +156,7 @@ class Heading:
         return keys if self.key in keys else ()
 
 
-# The names of a file are parsed many times.
+# The results are cached, because the names in a file are parsed many times.
 @lru_cache(1 << 17)
 def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
     """Find out what a heading means alone.
@@ -173,7 +178,7 @@ def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
         if known is None and number is None and (match := _NUMBER_OF_JOINT.fullmatch(plain)):
             known = of_joint(match[1])
             number = None if known is None else int(match[2])
-        # A step of the way may be the maneuver.
+        # One step of the path may be the name of a maneuver.
         each = (group_number(step) for step in _STEPS_OF_PATH.split(plain))
         number = number or next((n for n in each if n), None)
     if known is not None and unit is not None:
@@ -193,12 +198,13 @@ def quantity_of(name: str) -> str | None:
     heading = parse_heading(name)
     if heading.key is not None:
         return heading.key
-    # What stands in brackets says no other quantity.
+    # A text in brackets does not name a different quantity.
     stem = BRACKETS.sub(" ", unit_in(name.strip(" \"'"))[0])
     if _FORMULA.search(stem):
         return None
     plain = " ".join(_NUMBER_OR_MARKS.sub(" ", _MANEUVER_ANYWHERE.sub(" ", stem)).split())
-    # The number of a joint's angle is an index, and T is a time where T2 is none.
+    # Accept only words for columns. After the angle of a joint the number may be an index. A time
+    # is not accepted either, because T means the time, but T2 does not.
     is_word = by_words(plain)[1] is not None
     key = parse_heading(plain).key if is_word else None
     return None if key == TIME else key
@@ -232,12 +238,12 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
     stem, unit = split_unit(name)
     if unit is not None or by_words(name)[1] is not None:
         return stem, unit, False
-    # MATLAB makes underscores of brackets, and R points.
+    # MATLAB replaces brackets with underscores, and R replaces them with points.
     plain = name.strip().rstrip("_")
     if ".." in plain and len(plain) < _LONGEST_OF_R:
         plain = _OF_R.sub(lambda m: f"{m[1]}_{m[2].replace('.', '_')}", plain)
     if len(plain) < _LONGEST_OF_R:
-        # The longest ending that is a unit.
+        # Find the longest ending of the name that is a unit.
         for match in [*_UNDERSCORES.finditer(plain)][-_MOST_WORDS_OF_UNIT:]:
             ending = plain[match.end() :]
             is_unit = not _NO_UNIT_BEGINS.match(ending) and bool(quantities(ending))
@@ -284,7 +290,7 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
     if not possible or ("s" if key == TIME else COMPARED[key][0].unit) in possible:
         return key
     other = next((k for (w, q), k in _BY_UNIT.items() if w == word and q in possible), None)
-    # Of a full name and its unit, the unit is more likely to be the one that is wrong.
+    # If a full name contradicts its unit, the unit is more likely to be wrong.
     is_full = word == key.replace("_", "")
     return other or (key if is_full and not is_strict else None)
 

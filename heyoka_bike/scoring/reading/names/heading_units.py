@@ -54,7 +54,8 @@ _PRODUCTS = ("W h", "kW h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m
 """Units that are written without their blank, too."""
 
 _WORDS: Mapping[str, str] = {
-    # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
+    # Some programs write units only in capitals, or only in small letters. MJ means megajoule if it
+    # is written with these capitals.
     **{unit.lower(): unit for unit in reversed([*WORDS])},
     **{unit: unit for unit in WORDS},
     **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
@@ -73,11 +74,11 @@ BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
 _OPEN_BRACKET, _CLOSING_BRACKET = re.compile(r"[\[({]"), re.compile(r"[\])}]")
 _NO_UNITS = ("si", "none", "n/a")
 _ANY_LETTER = re.compile(r"[^\W\d_]")
-# That of a maneuver, or an index; not an exponent.
+# A number that belongs to a maneuver, or is an index, but is not an exponent.
 _NUMBER_ALONE = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
 _ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
-# What is written, or becomes of it, in the place of the degree sign: the ordinal indicator, the
-# ring, a byte that was no text, and UTF-8 read as Latin-1.
+# Characters that stand in place of the degree sign: the ordinal indicator, the ring, the
+# replacement of an invalid byte, and UTF-8 that was read as Latin-1.
 _UNIT_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
     "\u00ba": "\u00b0", "\u02da": "\u00b0", "\ufffd": "\u00b0", "\u00c2": None,
     "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
@@ -85,9 +86,9 @@ _UNIT_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
 _DIVIDED = re.compile(r"\s*/\s*(\w+)")
 _PER = re.compile(r"\bper\b")
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
-# No power of a metre or a second.
+# A letter with a number, such as m1 or s2, is an index and not a power of a metre or a second.
 _INDEXED = re.compile(r"[A-Za-z]+[0-9]+")
-# Of s^-1, once its signs are underscores.
+# The end of the unit s^-1 after its signs were replaced with underscores.
 _POWER = re.compile(r"_+1$")
 _BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 
@@ -110,7 +111,8 @@ def quantities(unit: str) -> Mapping[str, str]:
     meant = {}
     for si, usual in _QUANTITIES.items():
         if factor(name, si) is not None:
-            # Other times are not converted.
+            # For times, only the usual units are converted. For all other quantities, the unit as
+            # written is converted, too.
             units = usual if si == "s" else (*usual, product)
             if same := [u for u in units if size(u) == size(name)]:
                 meant[si] = same[0]
@@ -133,7 +135,8 @@ def unknown_unit(name: str) -> str | None:
     """Return the word in brackets in a name that stands where a unit does, if it is not known."""
     for match in BRACKETS.finditer(name):
         unit = match[0][1:-1].strip()
-        # In round brackets there may be anything, such as phi(t).
+        # Round brackets may contain anything, as in phi(t), so their content counts as a unit only
+        # if it contains a slash.
         is_unit = match[0][0] != "(" or "/" in unit
         is_unit &= unit.lower() not in _NO_UNITS
         if (

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-# Joints by their names, and how often the angle is differentiated.
+# The joint that each name means, and how often its angle is differentiated.
 _JOINTS: Mapping[str, tuple[str, int]] = {
     **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), ("roll", 0)),
     **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), ("steer", 0)),
@@ -20,13 +20,13 @@ _JOINTS: Mapping[str, tuple[str, int]] = {
 _IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
 _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 _PATH_STEPS = re.compile(r"[./|]")
-# It may stand below others: log.der(bike.roll.phi).
+# A derivative, which may be the last step of a path, as in log.der(bike.roll.phi).
 _DERIVATIVE = re.compile(r"((?:.*[./|])?)der\((.+?)(?:,\s*1)?\)")
 _WORDS = re.compile(r"[^\W\d_]+")
-# What kind of joint it is, beside which one it is.
+# Words for the kind of a joint that may occur in its name.
 _KINDS = ("revolute", "rev", "joint", "hinge", "pin")
 _KIND_OF_JOINT = re.compile(f"{'|'.join(_KINDS)}|_")
-# An axis of a joint that could have several.
+# Names of an axis, used for a joint that could have several axes.
 _AXES_OF_JOINT = frozenset({"rx", "ry", "rz"})
 _NO_NAMES = _AXES_OF_JOINT.union(_KINDS)
 
@@ -54,5 +54,5 @@ def of_joint(name: str) -> str | None:
     is_part = way and last in _IS_ANGLE | _IS_RATE
     joint, order = _JOINTS.get(_KIND_OF_JOINT.sub("", way[-1] if is_part else last), ("", 2))
     order += (derived is not None) + (last in _IS_RATE)
-    # The second derivative is an acceleration.
+    # The second derivative of an angle is an acceleration, which is not compared.
     return f"{joint}_{('angle', 'rate')[order]}" if order < 2 else None

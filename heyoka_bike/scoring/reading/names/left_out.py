@@ -25,7 +25,8 @@ from heyoka_bike.scoring.reading.request import Request
 
 def left_out(names: Sequence[str], request: Request) -> NotCompared:
     """Return the evidence that columns of unknown names are not used."""
-    # Comparing letters takes a millisecond a name, and a file may have thousands.
+    # Only the first names are compared letter by letter. This takes a millisecond for each name,
+    # and a file may contain thousands of names.
     keys = [
         resembled(name, request) if i < NAMES_SPELT else column_within(name, request)[0]
         for i, name in enumerate(names)
@@ -50,7 +51,7 @@ def resembled(name: str, request: Request) -> str | None:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()]
-    # The last step may name a part of the quantity: speed.Q.
+    # The last step of a path may be a component of the quantity, as in speed.Q.
     words = [by_words(step)[1] for step in steps[:-3:-1] if len(steps) > 1]
     words += [KEYS.get(x.lower()) for x in _TOKENS.findall(plain) if len(x) >= _SHORTEST_WORD]
     return next((key for key in words if key is not None and key != TIME), None)
@@ -84,7 +85,7 @@ def column_within(name: str, request: Request) -> tuple[str | None, int | None]:
     key, maneuver
         None where nothing is held, or where the maneuver is not told.
     """
-    # A unit, in brackets or in what MATLAB and R make of them.
+    # Remove a unit in brackets, or in the signs with which MATLAB and R replace brackets.
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0] or name
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()] or [""]
     word, key, number = by_words(unit_in(steps[-1])[0])
@@ -107,18 +108,21 @@ def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
     ]
 
 
-# Derivatives: D(roll), der(roll), Differential(t)(roll(t)), Derivative(roll(t), t), d(roll)/dt,
-# roll_t(t).
+# Names of derivatives: D(roll), der(roll), Differential(t)(roll(t)), Derivative(roll(t), t),
+# d(roll)/dt, roll_t(t).
 _DERIVATIVE = re.compile(
     r"(?:d|der|diff|ddt|derivative|differential\(\w+\))\((\w+)(?:\(\w+\))?(?:, *\w+)?\)(?:/ *dt)?"
     r"|d *(\w+) */ *dt|(\w+?)(?:_|\u02cd)t(?:\(\w+\))?",
     re.IGNORECASE,
 )
 _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
-# A letter means many things, but with a maneuver.
+# Minimum length of a word that names a quantity [letters]. A single letter has many meanings,
+# unless the name contains the number of a maneuver.
 _SHORTEST_WORD = 2
-# What separates the steps of a path, and the words of a step: roll_angle, rollAngle.
+# Signs between the steps of a path, and pattern of the words in a step such as roll_angle or
+# rollAngle.
 _PATH_BREAKS = re.compile(r"[./|:\\]+")
 _TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
-# The end of a name that says what kind of quantity it is, behind whose it is.
+# A name that ends in the kind of its quantity, after at least one letter that states which quantity
+# of this kind it is.
 _COMPOUND = re.compile(r".(?:angle|rate|velocity|speed|energy|dot)$")

@@ -27,14 +27,15 @@ MaybeMeaning = Meaning | None
 """What a heading means; None if it is not known."""
 
 _UNIT_OF_ENERGY = "J"
-# The small letters, what the capital means alone, and what beside one of these.
+# Meanings of a capital letter: the small letters that change its meaning, its meaning without them,
+# and its meaning in their presence.
 _CAPITALS: Mapping[str, tuple[str, str, str]] = {
     "V": ("vu", "forward_speed", "potential_energy"),
     "T": ("t", TIME, "kinetic_energy"),
 }
 _ENERGY_NAMES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
 _LETTER_OF_COORDINATES = "q"
-# One letter, and perhaps a number.
+# A name that is a single letter, perhaps with a number.
 _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
 IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
 
@@ -56,7 +57,8 @@ def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
         if the meaning of the heading alone is impossible together with the others.
     """
     names = [heading.text for heading in headings]
-    # With other numbers in brackets, all of them are maneuvers.
+    # If any name has a number other than 1 in brackets, all numbers in brackets are numbers of
+    # maneuvers, and (1) is not a unit.
     brackets = [x[1:-1] for name in names for x in BRACKETS.findall(name)]
     if any(b.strip().isdecimal() and int(b) != 1 for b in brackets):
         headings = [parse_heading(name, one_is_a_unit=False) for name in names]
@@ -64,7 +66,8 @@ def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
     found = _without_speeds(names, _from_one(found, count))
     found = _without_indices(names, found, count)
     if any(f and f[1] is not None for f in found):
-        # Beside numbered columns one without a number tells nothing, and no reference has others.
+        # If some columns have the number of a maneuver, a column without a number has no known
+        # meaning, and neither has a column whose number is not that of a maneuver of the reference.
         numbers = range(1, count + 1)
         found = [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
     else:
@@ -159,14 +162,16 @@ def _without_indices(
     plain = {key for _, key, number, _ in columns if number is None}
     numbered = grouped(((key, x), (i, n)) for i, key, n, x in columns if n is not None)
     of_words = {n for _, _, n, is_letter in columns if n is not None and not is_letter}
-    # One number behind several letters, whose units tell what they mean, is that of the maneuver.
+    # If several names consist of a letter and the same number, and their units determine their
+    # meanings, this number is that of the maneuver.
     units = [split_unit(names[i])[1] for i, *_ in columns]
     is_one = len({n for _, _, n, _ in columns}) == 1 and len(numbered) > 1 and None not in found
     is_one = is_one and None not in units
     kept = []
     for (_, is_letter), group in numbered.items():
         own = {n for _, n in group}
-        # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+        # The number after a letter is that of a maneuver if the same numbers follow words, or if
+        # the numbers after this letter are those of all maneuvers.
         if not is_letter or own <= of_words or (own == every and not plain) or is_one:
             kept.append(group)
     trusted = {i for group in kept for i, _ in group}

@@ -28,10 +28,10 @@ _STEPS = re.compile(r"[./|\\]+|(?<!:):(?!:)|::")
 _LEVELS = re.compile(r"\(\s*('[^']*'|\"[^\"]*\")(?:\s*,\s*('[^']*'|\"[^\"]*\"))+\s*,?\s*\)")
 _ONE_LEVEL = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 _QUOTED = re.compile(r"\s*([\"'])([^\"']*)\1\s*")
-# Before the seconds and nanoseconds of a message's time, as ROS has it.
+# The path before the seconds and nanoseconds of the time of a ROS message.
 _STAMP = re.compile(r"^.*(?<![a-z])stamp[./:|\\_]+(?=n?(?:ano)?secs?$)")
 _WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
-# Of one part, to be taken for the bicycle.
+# Minimum number of full column names in a part of the file for it to count as the bicycle.
 _FEWEST_KEYS = 2
 
 
@@ -41,7 +41,7 @@ def without_paths(names: Sequence[str]) -> list[str]:
     split = [_split(name) for name in names]
     if not any(part for part, _ in split):
         return list(names)
-    # A name that is no path is its own last step.
+    # The last step of a name that is not a path is the name itself.
     headings = [parse_heading(last) for _, last in split]
     plain = {
         h.meaning for (part, _), h in zip(split, headings, strict=True) if not part and h.meaning
@@ -61,7 +61,7 @@ def without_paths(names: Sequence[str]) -> list[str]:
         if not meant[part] & plain - time
         and not any(meant[part] & meant[other] - time for other in whole - {part})
     }
-    # The time of a part is not that of the file beside another one.
+    # If the file has times outside of all parts, the times of a part keep their path.
     others = plain & time
     return [
         last if part in alone and h.meaning and h.meaning not in others else name

@@ -18,14 +18,16 @@ from heyoka_bike.scoring.reading.names.heading import (
 from heyoka_bike.scoring.reading.names.heading_units import split_unit
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 
-# The names of a message; more would not be read.
+# Maximum number of names in a message. Nobody would read a longer list.
 NAMES_SHOWN = 8
 NAMES_SPELT = 100
 """Unknown names of a file that are compared with known ones letter by letter."""
 
-# Shorter names are like too many others.
+# Minimum length of a name that is compared by its letters. Shorter names resemble too many other
+# names.
 _SHORTEST_ALIKE = 5
-# Letters at the beginning, which tell the quantity; angle and rate at the end do not.
+# Minimum number of equal letters at the beginning of two similar names. The beginning determines
+# the quantity, but endings such as angle and rate do not.
 _LETTERS_ALIKE = 3
 LIKE = 0.63
 """Names that begin alike, and are so much alike, may mean the same: `Rollwinkel`, `roll_angle`."""

@@ -18,7 +18,8 @@ from heyoka_bike.numbers.double import Array
 
 Ints = NDArray[np.int64]
 _OF_NUMBERS = b"0123456789.e+- \t\n"
-# Enough digits for any binary64 without its leading ones; no exponent is too large.
+# Decimal arithmetic with enough digits for the difference between any written decimal and its
+# binary64 number, and without limits on the exponent.
 _EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
 
@@ -93,7 +94,7 @@ def read_lines(
     mark = separator or None
     table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2)
     if table.shape != (len(rows), columns):
-        raise ValueError("rows of another number of columns")
+        raise ValueError("rows with a wrong number of columns")
     values = [np.ascontiguousarray(column) for column in table.T]
     sampled = rows[:: max(1, len(rows) // samples)]
     written = [*zip(*([x.strip() for x in row.split(mark)] for row in sampled), strict=True)]

@@ -18,27 +18,30 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar
 
-# Mathematica writes the precision of a number behind a backtick.
+# Mathematica writes a backtick and the precision after a number.
 _DECIMAL_NUMBER = re.compile(
     r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:`{1,2}[0-9.]*)?"
     r"(?:(?:[eEdDqQ]|\*\^)([+-]?[0-9]+)|([+-][0-9]{3}))?"
 )
-# What most rows are, at once: seven times as fast as one by one.
+# Most rows contain only numbers of this plain form. Matching all numbers of a row together is seven
+# times as fast as matching them one by one.
 _PLAIN_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _MANY_NUMBERS = re.compile(rf"{_PLAIN_NUMBER}(?:\n{_PLAIN_NUMBER})*")
-# Also as Microsoft's library used to write it.
+# The pattern includes the forms that Microsoft's C library used to write, such as 1.#INF.
 _NOT_FINITE = re.compile(
     r"[+-]?(?:nan(?:\([a-z0-9_]*\))?|inf(?:inity)?|[0-9]+\.?#(?:ind|inf|qnan|snan)[0-9]*)",
     re.IGNORECASE,
 )
-# In 1.#IND the sign is part of the number.
+# The sign # begins a comment, but in 1.#IND it is part of the number.
 _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IGNORECASE)
 _CUT_NUMBER = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
-# A count and a value, of list-directed output.
+# A repeat count and a value, as in Fortran's list-directed output.
 _REPEATED = re.compile(r"([1-9][0-9]{0,2})\*([^*^].*)")
-# Most values that the repeat counts of a row may stand for: a few bytes must not become many rows.
+# Maximum number of values that the repeat counts of a row may produce, because a few bytes must not
+# become many rows.
 _MOST_REPEATED = 100
-# A field that begins as a number and has no letters but those of an exponent: no date and no word.
+# A field that begins like a number, and contains no letters except those of an exponent. A date or
+# a word does not match.
 _LIKE_A_NUMBER = re.compile(
     r"[\"'(\[{]*[+-]?\.?[0-9][0-9.,+*^-]*(?:[eEdDqQ][0-9.,+*^-]*)*[)\]}\"']*"
 )
@@ -59,7 +62,7 @@ class Dialect:
 
     separator: str
     decimal: str
-    # What an empty field is called.
+    # Words for an empty field in messages.
     empty: ClassVar[str] = "no value between two separators"
 
     def may_read(self, lines: Sequence[Any]) -> bool:
@@ -71,7 +74,7 @@ class Dialect:
         """Fields of a line, without blanks around them; a separator at the end adds none."""
         held = _QUOTED.findall(line) if '"' in line or "'" in line else []
         if held:
-            # Separators in quotes are none.
+            # Separators inside of quotes do not separate fields.
             line = _QUOTED.sub("\0", line)
         if self.separator:
             fields = [field.strip(" \t") for field in line.split(self.separator)]
@@ -109,7 +112,7 @@ class Dialect:
         sign, mantissa, power, bare = match.groups()
         if power is None and bare is None:
             return f"{sign}{mantissa}"
-        # Fortran leaves the letter out where three digits need its place.
+        # Fortran omits the letter of the exponent if the exponent needs three digits.
         if bare is not None and "." not in mantissa:
             return None
         return f"{sign}{mantissa}e{power or bare}"
@@ -215,7 +218,8 @@ def best_dialect(
         for count, times in Counter(counts).items():
             if count is None or count < 2:
                 continue
-            # A few rows that happen to fit among many that do not are no rows.
+            # Rows with an expected number of columns count twice. So a few such rows among many
+            # with a different number are not chosen.
             fits = count in fitting
             if (times * (1 + fits), fits) > best:
                 best = (times * (1 + fits), fits)

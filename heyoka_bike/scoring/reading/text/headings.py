@@ -12,34 +12,38 @@ from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 
-# Around a unit.
+# Characters that may surround a unit.
 _AROUND_UNITS = "[](){}<>\"' "
-# What stands before a line of units, in the place of that of the time.
+# Words that may begin a line of units, in place of the unit of the time.
 _CALLED_UNITS = ("unit", "units", "unit:", "units:")
-# Of maneuvers, programs, parts and quantities.
+# Maximum number of lines of names above the rows: such as the names of maneuvers, programs, parts
+# and quantities.
 _MOST_LEVELS = 5
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _BRACKETS_AND_WORDS = re.compile(r"\[[^][]*\]|\S+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
-# In the lines above the names in OpenSim's files of storage and motion.
+# A line above the names in OpenSim's storage and motion files, which states that angles are in
+# degrees.
 _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
-# With the blanks before it: a name keeps its unit where blanks separate names.
+# A unit in brackets, with the blanks before it. Where blanks separate names, the unit remains part
+# of its name.
 _BRACKETED = re.compile(r"(?<![ \t])[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
 Headings = Mapping[int, Sequence[list[str]]]
 """All names that lines may have, by the index of the line."""
 
-# The units of a first column without one.
+# Beginning of a line of units whose first column has no unit.
 _NO_UNIT = re.compile(r"-[\s,;]")
 
 
 def headings_in(line: str) -> Iterator[list[str]]:
     """The names in a heading, for all ways to separate them."""
     if line.startswith("\t"):
-        # pandas leaves the name of its index blank.
+        # The first name is empty, because pandas leaves the name of its index blank.
         yield DIALECTS[0].split(line)
     text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    # Of a blank line the first letter is in every text.
+    # If the line is blank, text[:1] is empty and therefore contained in every text. So check this
+    # case separately.
     begins = text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)
     if not (text and begins):
         return
@@ -50,7 +54,7 @@ def headings_in(line: str) -> Iterator[list[str]]:
     kept = _BRACKETED.sub(lambda match: re.sub(r"\s", "\0", match[0]), text)
     yield [part.replace("\0", " ").strip() for part in kept.split()]
     if text.startswith("["):
-        # Units alone, in which there may be blanks: [m s^-1].
+        # The line may contain only units, which may contain blanks, as in [m s^-1].
         yield _BRACKETS_AND_WORDS.findall(text)
 
 

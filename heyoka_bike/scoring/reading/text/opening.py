@@ -44,9 +44,10 @@ from heyoka_bike.scoring.reading.text.headings import (
 )
 
 _log = logging.getLogger(__name__)
-# Enough to tell the dialect by the majority, and quickly.
+# Number of lines from which the dialect is determined by majority. It is small, so that this is
+# fast.
 _SAMPLE_LINES = 300
-# Of these the digits beyond binary64 are looked at.
+# Number of rows that are checked for digits beyond binary64.
 _SAMPLE_ROWS = 40
 MOST_COLUMNS = 20_000
 """Columns that a text may have; each is looked at by its name and its digits."""
@@ -55,22 +56,27 @@ MOST_ABOVE = 10_000
 """Lines above the first row of numbers that are searched, apart from blank lines and comments: the
 effort does not grow with the text."""
 
-# Most names, in all lines together, that are searched for a heading.
+# Maximum number of names, in all lines together, among which the heading is searched for.
 _MOST_NAMES = 2 * MOST_COLUMNS
-# Letters of a name that are looked at.
+# Maximum number of characters of a name that are examined.
 _LONGEST_NAME = 10_000
-# A heading stands near the top.
+# Number of lines in which the heading is searched for, because it is near the top of the file.
 _HEADING_LINES = 100
-# A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
+# Minimum number of columns for a row 0 1 2 ... to count as a numbering of the columns. With fewer
+# columns, such a row may well be the first row of numbers.
 _FEWEST_COUNTED = 9
-# A row above the others that has so many numbers, more than half of its fields, is a damaged one.
+# Minimum number of numbers in a line above the rows, more than half of its fields, from which the
+# line counts as a damaged row.
 _FEWEST_OF_A_ROW = 3
 _DIGIT = re.compile(r"\d")
-# Least count of numbers in a skipped line that is reported: a title may have one, such as the year.
+# Minimum number of numbers in a skipped line for it to be reported. A title may contain one number,
+# such as the year.
 _FEWEST_SKIPPED = 2
-# Least number of rows that are wrapped over lines in the same way: fewer may be alike by chance.
+# Minimum number of rows that are wrapped over several lines with the same numbers of values. Fewer
+# rows may agree by chance.
 _FEWEST_RECORDS = 3
-# Skipped lines that are quoted, and characters of each that are kept.
+# Maximum number of skipped lines that are quoted in a message, and maximum number of characters
+# kept of each of them.
 _MOST_SHOWN, _LONGEST_SHOWN = 3, 200
 FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
 """The common factor of a matrix as MATLAB displays it, on a line of its own."""
@@ -191,7 +197,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         No rows, rows of another number of columns, or a damaged first row.
     """
     widths = {*request.widths}
-    # Millions of lines may be blank.
+    # Keep only the indices of lines that are not blank, because millions of lines may be blank.
     written = [i for i, line in enumerate(lines) if line and not notation.is_blank(line)]
     if request.names is None:
         headings = _headings(lines, written[:_HEADING_LINES], notation)
@@ -213,8 +219,9 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     above = _headings(lines, reversed(before), notation)
     names, at = heading_among(above, width, request)
     if _count_up(rows, dialect):
-        # pandas and R give the index of the rows no name. With blanks in names there may seem to be
-        # one more: fewer that are unknown are meant.
+        # pandas and R write no name for the index of the rows, so the heading may have one name
+        # less than a row has numbers. If names contain blanks, a heading with one name more may
+        # also seem to fit. The heading with fewer unknown names is right.
         others, above_others = heading_among(above, width - 1, request)
         if others and (names is None or _unknown(others) < _unknown(names)):
             names, at = [LEFT_OUT[0], *others], above_others
@@ -267,7 +274,8 @@ def looks_like_row(line: Any, opening: Opening) -> bool:
     content = opening.notation.without_comment(line)
     is_comment = not content and isinstance(line, str)
     text = COMMENT_SIGNS.sub("", line, count=1) if is_comment else content
-    # The line may have another separator than the rows. Each second dialect has another one.
+    # The separator of the line may differ from that of the rows. Every second dialect has a new
+    # separator.
     for dialect in opening.notation.dialects[::2]:
         fields = dialect.split(text)
         numbers = [field for field in fields if looks_like_number(field)]
@@ -351,14 +359,15 @@ def _refuse_wrapped(
     counts, lines = counts[begin:], sample[begin:]
     starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
     if all(a < b for a, b in pairwise(starts)):
-        # Every line begins with a time, so each is a row.
+        # If every line begins with a later time than the line before, each line is a row.
         return
     for width in sorted(widths):
         found = _counts_of_lines(counts, width)
         records = len(counts) // len(found) if len(found) > 1 else 0
         if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
             continue
-        # Names may have several words: a heading seems to have twice as many as there are columns.
+        # If names consist of several words, a heading seems to have a multiple of the number of
+        # columns. So accept only an expected number of columns here.
         if len({*found}) == 1 and width not in request.widths:
             continue
         times = starts[: records * len(found) : len(found)]
@@ -419,7 +428,7 @@ def _no_row(
         headings = _headings(lines, [i], notation).get(i, ())
         if any(is_heading(names, request) for names in headings):
             continue
-        # Under the separator that makes the most numbers of it.
+        # Choose the dialect in which the largest number of fields are numbers.
         dialect = max(notation.dialects, key=lambda d: _count_of(content, d))
         numbers = dialect.numbers(dialect.split(content))
         if None in numbers:

@@ -27,11 +27,14 @@ from heyoka_bike.scoring.reading.text.opening import (
     row_error,
 )
 
-# Rows of the first block of which digits are counted; of a later one, and by the slow reader.
+# Number of rows whose digits are counted in the first block, and in each later block or by the slow
+# reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
-# Fields of a line: more than columns, because quotes and blanks at the ends may add some.
+# Maximum number of fields in a line. It exceeds the maximum number of columns, because quotes and
+# blanks at the ends may add fields.
 _MOST_FIELDS = 4 * MOST_COLUMNS
-# Numbers as `parse_block` reads them; beside a decimal comma a point has no place.
+# Translation of numbers to the form that `parse_block` reads, by the decimal sign. With a decimal
+# comma, a point is not part of a number.
 _PLAIN_LETTERS = {
     ".": bytes.maketrans(b"EDdQq", b"eeeee"),
     ",": bytes.maketrans(b".,EDdQq", b"?.eeeee"),
@@ -170,7 +173,8 @@ class RowReader:
         """The lines as plain decimals, or blank; what is not finite is too large."""
         lines, number = text.split("\n"), self.line + 1
         rows, self.cut = decimals_of(lines, self.opening, number, self.request, self.cut)
-        # An incomplete last row is reported as such.
+        # The last row is not reported as skipped if it is incomplete, because there is a separate
+        # message for this.
         last = None if self.cut is None else self.cut.line
         for i, (row, line) in enumerate(zip(rows, lines, strict=True), number):
             if not row and i != last and looks_like_row(line, self.opening):

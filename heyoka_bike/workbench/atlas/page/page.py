@@ -87,7 +87,7 @@ class Packed:
     def precision(self) -> float:
         """The largest error of a number: absolute, or relative for powers."""
         half = (self.high - self.low) / _LAST_VALUE / 2
-        # Code 0 means zero, so the lowest power has the code of the next one.
+        # Code 0 stands for zero, so the lowest power has code 1.
         return float(10 ** (2 * half) - 1) if self.is_log else half
 
     def text(self) -> str:
@@ -187,10 +187,11 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 _HERE = Path(__file__).parent
 _BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
-_LETTERS_OF_SOURCE = 200  # longer texts of the provenance, such as the inputs, are not shown
-_SHAPES = 9  # drawings along an axis that changes the bicycle
-_CURVE = 25  # points of a curve of speeds
-_DIGITS_OF_RANGE = 15  # of the ends of the stable range
+# Maximum length of a text of the provenance; longer texts, such as the inputs, are not shown.
+_LETTERS_OF_SOURCE = 200
+_SHAPES = 9  # number of drawings along an axis that changes the bicycle
+_CURVE = 25  # number of points of a curve of speeds
+_DIGITS_OF_RANGE = 15  # number of digits of the ends of the stable range
 _SAID_OF_FATES = {
     "undecided": "not decided",
     "upright": "converges to steady running",
@@ -381,7 +382,8 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
         "shapes": _shapes(atlas),
     }  # fmt: skip
-    # The data are numbers and names of this package, so nothing can close the script element.
+    # The data contain only numbers and names of this package, so no text in them can end the script
+    # element.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
 
 
