@@ -3,8 +3,8 @@
 The question: is a column a simple function of the exact values, or of another column of the file?
 A column may be clipped, multiplied by a constant, smoothed, or exchanged with another one. The
 modules beside this one look for coarse grids (`grids`), rates that are differences of their angles
-(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each look takes
-milliseconds, so these looks precede all simulations.
+(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each look
+takes milliseconds, so these looks precede all simulations.
 
 Each look returns its evidence, and the corrected rows: with the fault undone, a useless column
 removed, or the digits replaced with a grid. The corrected rows are then diagnosed like any file. So
