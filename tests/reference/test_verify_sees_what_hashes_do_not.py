@@ -485,7 +485,7 @@ def test_a_changed_sensitivity(copy):
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/yaw"][0, 0, 0] += 1e-3
     accept(copy)
-    assert "not that of the numbers" in message(copy, "schema")
+    assert "is not the hash of the numbers" in message(copy, "schema")
     # The sensitivities of the roll angle also have values at the rows, which differ from the
     # changed polynomials.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:

@@ -45,6 +45,9 @@ from heyoka_bike.scoring.units import factor, unit_told_by
 
 # Largest fraction of a column's rows that are reported as single odd rows.
 _MOST_SINGLE = 0.2
+# Number of rows on each side that a single odd row is compared with. Wrong times of every third row
+# make errors that are 3 times those two rows further on.
+_ROWS_AROUND = 5
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
 _FEWEST_CLIPPED = 5
@@ -382,7 +385,17 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
     if not is_single or is_turned or far[-1] == m.rows - 1:
         return None
-    return far, False
+    return (far, False) if all(_is_far_from_near_rows(error, row, far) for row in far) else None
+
+
+def _is_far_from_near_rows(error: Array, row: int, far: NDArray[np.intp]) -> bool:
+    """True if the error of a row is far larger than all errors of the rows around it.
+
+    A wrong motion has its largest errors where it changes fast, and there in many rows.
+    """
+    near = np.arange(max(row - _ROWS_AROUND, 0), min(row + _ROWS_AROUND + 1, len(error)))
+    others = error[np.setdiff1d(near, far)]
+    return bool(error[row] > BY_FAR * np.max(others, initial=0.0))
 
 
 def bounded(report: Report) -> Undone | None:
