@@ -507,7 +507,7 @@ def test_certify_names_a_changed_number_of_the_motion(
             "motion_state: short 1: steer_joint_moment_x, row 1",
         ),
         ("rear_frame_q1", 2, 1 + 2.0**-40, "motion_identities"),
-        ("time", 1, 1.5, "motion_state: short 1: its times"),
+        ("time", 1, 1.5, "motion_state: short 1: the times are not multiples of the spacing"),
         ("dense/rear_wheel_angle_lo", (0, 1), 2.0, "rolling"),
         ("dense/com_x_lo", (0, 0), 2.0, "dense_rows"),
         ("front_friction_bound", 0, -1.0, "schema"),
