@@ -1,1 +1,1 @@
-"""A report as a document with charts, in every format, and views of objects."""
+"""A report as a document with charts, in every format, and the display of objects in notebooks."""

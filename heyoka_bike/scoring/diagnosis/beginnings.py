@@ -136,7 +136,7 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 
 
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
-    """Yield the power of the time with which an angle's error begins; the least of all maneuvers.
+    """Yield the exponent p of the initial growth t^p of an angle's error, least over all maneuvers.
 
     The evidence is about all maneuvers that show a power.
     """

@@ -532,7 +532,7 @@ class FileUnderTest:
         return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDING * scale)
 
     def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
-        """The definitions that fit best, and the typical errors in scales.
+        """The definitions that fit best, and the typical errors relative to each column's scale.
 
         All errors are in the unit of the correct program, so a larger unit makes no error smaller.
         """

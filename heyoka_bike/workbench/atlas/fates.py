@@ -154,7 +154,7 @@ def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
 
 
 def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
-    """Return derivatives of the state by the start (see `START`), shape (motions, 6, 5)."""
+    """Return the derivatives of the state with respect to `START`, shape (motions, 6, 5)."""
     found = np.zeros((len(states), STATE_SIZE, len(START)))
     for column, row in enumerate(LATERAL):
         found[:, row, column] = 1.0

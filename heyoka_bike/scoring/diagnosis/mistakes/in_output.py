@@ -47,7 +47,7 @@ def _differences(which: str) -> Change:
 def _changed(
     columns: Columns, keys: Sequence[str], change: Callable[[Array], Array]
 ) -> dict[str, Array]:
-    """The columns with all definitions of some quantities changed."""
+    """Return the columns after a change of every definition of some quantities."""
     names = {c.name for key in keys for c in DEFINITIONS[key]} & columns.keys()
     return {**columns, **{name: change(columns[name]) for name in names}}
 

@@ -375,7 +375,7 @@ def _on_axles(wheels: str, strength: Callable[[Number], Number]) -> Law:
 
 
 def _from_ground(wheels: str) -> Law:
-    """Make a constant torque from the ground about the axles, against rolling."""
+    """Make a constant rolling-resistance torque of the ground about the axles."""
     return lambda m: {f"w_{w}": (0.0, 1.0 + 0.0 * m.state[0], 0.0) for w in wheels}
 
 

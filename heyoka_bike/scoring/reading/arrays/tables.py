@@ -162,7 +162,7 @@ def _with_known_beside(
 
 
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
-    """The tables of maneuvers, the first with the evidence of columns beside them in others.
+    """Add evidence of similar columns in neighbouring arrays to the first table of maneuvers.
 
     ``maneuver_2_old/roll_angle``, or a table of the same size, may be what the program computed.
     """

@@ -285,7 +285,7 @@ def by_words(name: str) -> tuple[str, str | None, int | None]:
 
 
 def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
-    """Return the key that a word means with a unit; None if no column of that name has it."""
+    """Return the key for a name with a unit; None if no column of that name has this unit."""
     possible = quantities(unit)
     if not possible or ("s" if key == TIME else COMPARED[key][0].unit) in possible:
         return key

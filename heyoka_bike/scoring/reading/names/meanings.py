@@ -197,5 +197,5 @@ def _in_turn(names: Sequence[str], found: list[MaybeMeaning], count: int) -> lis
 
 
 def _known_columns(found: Sequence[MaybeMeaning]) -> list[tuple[int, str, int | None]]:
-    """Index, key and number of the columns that are known, but for the time."""
+    """Index, key and maneuver number of each known column except the time."""
     return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]
