@@ -513,7 +513,7 @@ def _short(x: StoredManeuver) -> int:
 
 
 def _is_short(token: str) -> bool:
-    """True if an entry of the 50-digit text is shorter: the proof does not decide its last digits."""
+    """True if an entry of the 50-digit text is shorter, its last digits being undecided."""
     digits, _, exponent = token.partition("e")
     return bool(exponent) and sum(map(str.isdigit, digits)) < TEXT_DIGITS
 
