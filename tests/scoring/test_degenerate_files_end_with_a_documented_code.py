@@ -119,6 +119,25 @@ def test_few_rows(reference, called, capsys, count):
     assert {*called(capsys, still)[0]} <= {0, 2, 4}
 
 
+MICROSECONDS = """
+0 0 0.05 4 8e+02 8e+02 2e+03 0 0
+1e-06 0.003 0.04 4 8e+02 8e+02 2e+03 0.004 0.05
+2e-06 0.006 0.03 4 8e+02 8e+02 2e+03 0.01 0.05
+3e-06 0.007 0.005 4 8e+02 8e+02 2e+03 0.02 0.03
+4e-06 0.006 0.02 4 8e+02 8e+02 2e+03 0.02 0.004
+5e-06 0.004 0.04 4 8e+02 8e+02 2e+03 0.02 0.03
+6e-06 0.0006 0.06 4 8e+02 8e+02 2e+03 0.01 0.05
+7e-06 0.004 0.06 4 8e+02 8e+02 2e+03 0.003 0.08
+"""
+
+
+def test_rows_a_microsecond_apart(tmp_path):
+    """The distance of the rows is far shorter than a step of the propagation of errors."""
+    (tmp_path / "x.txt").write_text(MICROSECONDS)
+    path = str(tmp_path / "x.txt")
+    assert main(["diagnose", path, "--maneuver", "1", "--budget", "3"]) in (0, 4)
+
+
 def test_rows_that_repeat_a_time(reference, called, capsys):
     rows = np.arange(0, 1001, 5)
     columns = motion(reference, 2, rows)

@@ -82,8 +82,8 @@ class Run:
 
     @property
     def rows(self) -> int:
-        """Number of propagation steps from one row of the file to the next."""
-        return ceil(self.spacing / _LONGEST - TOLERANCE)
+        """Number of propagation steps from one row of the file to the next, at least 1."""
+        return max(ceil(self.spacing / _LONGEST - TOLERANCE), 1)
 
     @cached_property
     def carried(self) -> Carried:
