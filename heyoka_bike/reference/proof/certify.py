@@ -55,8 +55,8 @@ def certify(
         A file is missing, damaged, or not part of a reference dataset.
     """
     where = reference_folder() if folder is None else folder
-    if folder is None:
-        manifest_file.check_published(where)
+    read = manifest_file.check_published if folder is None else manifest_file.read_manifest
+    manifest = read(where)
     runs = read_whole(where)
     jobs = list(_jobs(where, runs))
     found = all_of([of_run[stage] for stage in STAGES for of_run in jobs], progress)
@@ -65,7 +65,6 @@ def certify(
         for run, of_run in zip(runs, jobs, strict=True)
     ]
     proofs = tuple(map(summarise, tables))
-    manifest = manifest_file.read_manifest(where)
     compare_certificate(manifest_file.read_file(where, layout.CERTIFICATE, manifest), proofs)
     for name in (layout.STATES, layout.STATES_HDF5):
         if name in manifest.files:
