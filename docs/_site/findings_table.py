@@ -7,6 +7,7 @@ import ast
 import inspect
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -80,10 +81,14 @@ def findings() -> dict[str, list[Code]]:
     """The codes of each class of evidence that has a sentence."""
     every = {}
     for name, x in classes().items():
-        module = ast.parse(inspect.getsource(sys.modules[x.__module__]))
-        if codes := dict.fromkeys(_codes_of_class(x, module)):
+        if codes := dict.fromkeys(_codes_of_class(x, _tree(x.__module__))):
             every[name] = [*codes]
     return every
+
+
+@cache
+def _tree(module: str) -> ast.Module:
+    return ast.parse(inspect.getsource(sys.modules[module]))
 
 
 def _codes_of_class(x: type, module: ast.Module) -> Iterator[Code]:

@@ -404,7 +404,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     NothingScoredError
         The rows are far from every maneuver.
     """
-    parts = {number: _rows_within_run(rows, number, reference[number])[0] for number in reference}
+    parts = _parts_of_every_maneuver(rows, reference)
     # A maneuver is considered only if most rows lie within its run.
     telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
     found = recognised(telling)
@@ -459,7 +459,7 @@ def _evidence_of_exchange(
         return (OtherOrder(tuple(order.values()), option),)
     if _distance(part) < TOLERANCE:
         return ()
-    found = recognised({n: _rows_within_run(rows, n, reference[n])[0] for n in reference})
+    found = recognised(_parts_of_every_maneuver(rows, reference))
     if found is None or found.rivals or found.maneuver == part.number:
         return ()
     own = found.apart.get(part.number, 1.0)
@@ -529,6 +529,11 @@ def _column_distance(part: Part, key: str, values: Array, expected: Array) -> fl
     # Limit the relative distance to the range from the resolution of binary64 to 1. A distance of 1
     # means no resemblance.
     return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
+
+
+def _parts_of_every_maneuver(rows: Rows, reference: Reference) -> dict[int, Part]:
+    """Return the rows within the run of each maneuver, by its number."""
+    return {n: _rows_within_run(rows, n, reference[n])[0] for n in reference}
 
 
 def _rows_within_run(

@@ -553,10 +553,8 @@ def _speed_error(sample: Sample, found: Understandings) -> float:
     They vary with the squares of roll and steer, so the motion's relative error is half as large.
     The result is 1 without these columns.
     """
-    found_beside = [k for k in ("forward_speed", "kinetic_energy") if k in sample.values]
-    right = {k: sample.expected[sample.definitions[k][0].name] for k in found_beside}
-    moves = {k: rms(x - median(x)) for k, x in right.items()}
-    off = [sample.typical(k, found[k]) / x for k, x in moves.items() if x]
+    keys = [k for k in ("forward_speed", "kinetic_energy") if k in sample.values]
+    off = [sample.typical(k, found[k]) / x for k in keys if (x := sample.varies_by(k))]
     return max(off, default=1.0)
 
 

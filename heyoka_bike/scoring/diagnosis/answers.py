@@ -62,7 +62,7 @@ def answers(
 ) -> tuple[Evidence, ...]:
     """List the causes that explain the file, or describe its error if none does.
 
-    `first` is the evidence that was found without simulation, see `plain.shown`.
+    `first` is the evidence that was found without simulation, see `visible_faults.shown`.
     """
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED_CODE,):

@@ -75,7 +75,7 @@ def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
     powers: dict[int, float] = {}
     forces: dict[int, float] = {}
     for m in maneuvers:
-        c = next((c for c in m.columns if c.key == "kinetic_energy" and c.values), None)
+        c = next((c for c in m.compared if c.key == "kinetic_energy"), None)
         speed = _given(m, "forward_speed")
         if c is None or not speed:
             continue
@@ -117,9 +117,9 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
             continue
-        theirs = {c.key: c for c in large.columns if c.values}
-        for c in small.columns:
-            if c.key not in LATERAL or c.key not in theirs or not c.values:
+        theirs = {c.key: c for c in large.compared}
+        for c in small.compared:
+            if c.key not in LATERAL or c.key not in theirs:
                 continue
             one, other = _error(c), _error(theirs[c.key])
             if one is None or other is None:

@@ -560,8 +560,8 @@ class NothingWrong(Evidence):
         if self.signs is None:
             said = f"{which} is as exact as the digits written allow"
             return info("nothing_to_explain", said)
-        signs = self.signs.finding()
-        return replace(signs, message=f"{which} is right by itself, but {signs.message}")
+        said = f"{which} is right by itself, but {self.signs.message()}"
+        return replace(self.signs.finding(), message=said)
 
 
 @dataclass(frozen=True, slots=True)

@@ -125,7 +125,7 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
     """
     fallen, masses = [], []
     for m in report.maneuvers:
-        first = {c.key: float(c.trace.reference[0]) for c in m.columns if c.values}
+        first = {c.key: float(c.trace.reference[0]) for c in m.compared}
         if not first.get("forward_speed") or "kinetic_energy" not in first:
             return
         # The kinetic energy includes the rotation of the wheels, so this mass exceeds the bicycle's

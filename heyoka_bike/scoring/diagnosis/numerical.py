@@ -58,11 +58,11 @@ class _Rough(NamedTuple):
 
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
-    columns = [(c.error, m, c) for m in report.maneuvers for c in m.columns]
-    far = [error > MEANINGLESS_ERROR for error, _, c in columns if c.values]
+    far = [c.error > MEANINGLESS_ERROR for _, c in report.places]
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
-    worst, m, c = max(columns, key=lambda x: x[0])
+    m, c = max(report.places, key=lambda place: place[1].error)
+    worst = c.error
     if worst * min(c.scale / _size(c), 1.0) > CLEARLY:
         first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
         return (BlownUp(m.maneuver, c.key, float(c.trace.time[first]), worst),)

@@ -276,7 +276,7 @@ def _leaves_nothing(seen: Evidence) -> bool:
 
 def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
     """Evidence that the diagnosed columns are right; it names them if the file has others."""
-    every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
+    every = report.by_column()
     told = tuple(key for key in every if key in keys)
     signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     return NothingWrong(() if len(told) == len(every) else told, signs)

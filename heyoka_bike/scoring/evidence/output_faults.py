@@ -371,7 +371,7 @@ class OtherColumn(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
-class OtherManeuver(Evidence):
+class MisplacedManeuver(Evidence):
     """The columns of a maneuver hold the values of another maneuver.
 
     Attributes

@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, ROWS_COMPARED, Part, spread
+from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, FEW_COLUMNS
@@ -91,7 +91,7 @@ def _error(part: Part, shift: float, *, exact: bool = True) -> float:
     """
     time, reference = part.time - shift, part.reference
     inside = (time >= 0.0) & (time <= float(reference.duration))
-    if np.mean(inside) < MEANINGLESS_ERROR:
+    if 2 * np.count_nonzero(inside) < len(inside):
         return np.inf
     time = time[inside]
     if exact:

@@ -27,8 +27,8 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ClippedColumn,
     ColumnOfAnotherManeuver,
     ColumnRatio,
+    MisplacedManeuver,
     OtherColumn,
-    OtherManeuver,
     Scaled,
     SingleRows,
     SmoothedColumns,
@@ -385,17 +385,12 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
     if not is_single or is_turned or far[-1] == m.rows - 1:
         return None
-    return (far, False) if all(_is_far_from_near_rows(error, row, far) for row in far) else None
-
-
-def _is_far_from_near_rows(error: Array, row: int, far: NDArray[np.intp]) -> bool:
-    """True if the error of a row is far larger than all errors of the rows around it.
-
-    A wrong motion has its largest errors where it changes fast, and there in many rows.
-    """
-    near = np.arange(max(row - _ROWS_AROUND, 0), min(row + _ROWS_AROUND + 1, len(error)))
-    others = error[np.setdiff1d(near, far)]
-    return bool(error[row] > BY_FAR * np.max(others, initial=0.0))
+    # A wrong motion also has far larger errors where it changes fast, but there in many rows.
+    others = error.copy()
+    others[far] = 0.0
+    near = (others[max(row - _ROWS_AROUND, 0) : row + _ROWS_AROUND + 1] for row in far)
+    is_far = all(error[row] > BY_FAR * np.max(x) for row, x in zip(far, near, strict=True))
+    return (far, False) if is_far else None
 
 
 def bounded(report: Report) -> Undone | None:
@@ -454,7 +449,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
 def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Make the evidence of deviations; deviations of one kind and size share one."""
     exchanged = _other_maneuvers(report, found)
-    yield from (OtherManeuver(n, of) for n, of in exchanged.items())
+    yield from (MisplacedManeuver(n, of) for n, of in exchanged.items())
     found = {place: d for place, d in found.items() if place[0] not in exchanged}
     averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
     for count, where in averaged.items():
@@ -489,14 +484,14 @@ def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:
     """
     exchanged = {}
     for m in report.maneuvers:
-        columns = [c for n, c in places(report) if n.maneuver == m.maneuver]
+        columns = [c for c in m.compared if c.key in BENCHMARK_COLUMNS]
         wrong = [c.key for c in columns if not is_right_column(c)]
         deviations = [found.get((m.maneuver, key)) for key in wrong]
         held = {
-            d.of if d is not None and d.how == "another" and d.other == key else None
+            d.of if d is not None and d.other == key else None
             for key, d in zip(wrong, deviations, strict=True)
         }
-        if len(held) == 1 and 2 * len(wrong) > len(columns) > 1:
+        if len(held) == 1 and 2 * len(wrong) > m.column_count > 1:
             (of,) = held
             if of is not None:
                 exchanged[m.maneuver] = of

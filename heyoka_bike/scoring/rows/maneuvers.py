@@ -46,7 +46,7 @@ def mirrored(report: Report) -> Undone | None:
 
 
 def _is_mirrored(m: ManeuverScore) -> bool:
-    lateral = [c for c in m.columns if c.key in LATERAL and c.values]
+    lateral = [c for c in m.compared if c.key in LATERAL]
     return len(lateral) > 1 and all(
         rms(c.trace.value + c.trace.reference) < RIGHT * rms(c.trace.reference) for c in lateral
     )

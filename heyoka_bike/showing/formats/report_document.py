@@ -12,6 +12,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence.words import counted, open_words, unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, also_open
@@ -311,7 +312,8 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     If the file has very many columns, only those with the fewest digits are shown.
     """
     columns = _by_key(report)
-    has_taken = any(map(_taken, columns.values()))
+    taken_as = {key: _taken(found) for key, found in columns.items()}
+    has_taken = any(taken_as.values())
     fewest = {
         key: min((c.scd for c in found if c.scd is not None), default=0.0)
         for key, found in columns.items()
@@ -321,9 +323,9 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         [
             doc.Words(column_text.label(key), printable(key)),
             *(_digits(m.columns, key) for m in report.maneuvers),
-            *([_taken(found)] if has_taken else []),
+            *([taken_as[key]] if has_taken else []),
         ]
-        for key, found in columns.items()
+        for key in columns
         if key in worst
     ]
     left_out = len(columns) - len(rows)
@@ -357,10 +359,10 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
 
 def _worst_column(report: Report) -> doc.Chapter | None:
     """Return the chart of the worst column, for a page; None if it has no error or one row."""
-    if report.worst is None:
+    place = verdict_text.worst_place(report)
+    if place is None:
         return None
-    m = report[report.worst.maneuver]
-    c = m[report.worst.column]
+    m, c = place
     if not c.max_abs_error or len(c.trace.time) < 2:
         return None
     drawn = doc.Chart(partial(charts.every_column, m, [c]))
@@ -483,11 +485,7 @@ def conventions(report: Report) -> str:
 
 def _by_key(report: Report) -> dict[str, list[ColumnScore]]:
     """The columns of a file in all maneuvers, by key."""
-    found: dict[str, list[ColumnScore]] = {}
-    for m in report.maneuvers:
-        for c in m.columns:
-            found.setdefault(c.key, []).append(c)
-    return found
+    return grouped((c.key, c) for m in report.maneuvers for c in m.columns)
 
 
 def _compared(columns: Sequence[ColumnScore]) -> Sequence[ColumnScore]:

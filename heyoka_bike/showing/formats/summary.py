@@ -19,6 +19,7 @@ from heyoka_bike.scoring.evidence.column_meaning import (
     SensesOpposed,
     SignContradiction,
 )
+from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Severity, named
 from heyoka_bike.scoring.grades import Grade
@@ -38,7 +39,6 @@ _MOST_REQUIRED = 12
 _WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
 _MOST_LINES = 12  # maximum number of lines of a diagnosis that names no cause
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
-_STOPPED = "stopped_early"
 
 
 _Entry = tuple[str, str, int]
@@ -100,8 +100,8 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     if has_details or is_named:
         return "\n".join([head, "\n\n".join(_filled(f.message) for f in report.diagnosis)])
     # Always show that a search ended early, because this makes the other findings less certain.
-    stops = [_filled(f.message) for f in report.diagnosis if f.code == _STOPPED]
-    told = [_filled(f.message) for f in report.diagnosis if f.code != _STOPPED]
+    stops = [_filled(f.message) for f in report.diagnosis if f.code == StoppedEarly.code]
+    told = [_filled(f.message) for f in report.diagnosis if f.code != StoppedEarly.code]
     shown: list[str] = []
     room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
     for said in told:

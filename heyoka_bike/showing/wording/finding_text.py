@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.findings import Finding, Severity
 
 
@@ -23,5 +24,5 @@ def warnings(found: Iterable[Finding]) -> list[str]:
 
 def cause(diagnosis: Sequence[Finding]) -> str:
     """Return the first sentence that names a cause, or else the first one; empty without any."""
-    causes = [f for f in diagnosis if f.code not in ("no_mistake_found", "stopped_early")]
+    causes = [f for f in diagnosis if f.code not in ("no_mistake_found", StoppedEarly.code)]
     return next(iter(sentences(causes or diagnosis)), "")

@@ -13,7 +13,7 @@ from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.grades import MOST_DIGITS, Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
-from heyoka_bike.scoring.scores import ManeuverScore
+from heyoka_bike.scoring.scores import ManeuverScore, Place
 from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, DoesNotCount, claim
 from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.showing.wording.grade_text import WORDS, file_grade
@@ -40,7 +40,6 @@ PHRASES = {
 """Phrases of the verdict; `workbench.checker.header` copies them and `WORDS` for the C checker."""
 
 DOES_NOT_COUNT = {
-    DoesNotCount.NO_ENERGY: "there is no mechanical energy to judge",
     DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
     DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
     DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
@@ -58,6 +57,15 @@ def warnings_words(report: Report) -> str:
     """Return the number of warnings in words; empty without any."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
     return counted(count, "warning") if count else ""
+
+
+def worst_place(report: Report) -> Place | None:
+    """Return the maneuver and the column with the fewest digits; None if nothing was compared."""
+    found = report.worst
+    if found is None:
+        return None
+    m = report[found.maneuver]
+    return m, m[found.column]
 
 
 def worst_words(report: Report) -> str:
@@ -176,16 +184,14 @@ def contents(report: Report) -> str:
 
 def worst_error_words(report: Report) -> str:
     """Return the largest error of the worst column, its time, and its fraction of the scale."""
-    found = report.worst
-    if found is None:
+    place = worst_place(report)
+    if place is None or not place[1].max_abs_error:
         return ""
-    c = report[found.maneuver][found.column]
-    if not c.max_abs_error:
-        return ""
+    m, c = place
     error = in_unit(readable(c.max_abs_error), c.unit)
     part = c.max_rel_error
     of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
-    where = f"{label(c.key)}, maneuver {found.maneuver}"
+    where = f"{label(c.key)}, maneuver {m.maneuver}"
     return f"{where}: off by {error} at {plain(c.time_of_max)} s{of_scale}"
 
 

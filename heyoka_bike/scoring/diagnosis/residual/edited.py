@@ -146,22 +146,23 @@ def edit_beside_a_value(
         return None
     every = [*asked.edits, *PARAMETERS]
     start = asked.first_order(every, np.zeros(len(every)))
-    alone = best_subsets(start, 1, len(every))
-    edits = [int(i) for (i,) in alone.members if _is_edit(every[i])][:_ALONE]
-    values = [int(i) for (i,) in alone.members if not _is_edit(every[i])][:_ALONE]
-    promised = {}
+    likeliest = [every[i] for (i,) in best_subsets(start, 1, len(every)).members]
+    edits = [n for n in likeliest if _is_edit(n)][:_ALONE]
+    values = [n for n in likeliest if not _is_edit(n)][:_ALONE]
+    promised: dict[frozenset[str], float] = {}
     likely = best_subsets(start, 2, _PAIRS**2)
-    for pair, pair_gain in zip(likely.members.tolist(), likely.gains, strict=True):
-        if len({_is_edit(every[k]) for k in pair}) == 2:
-            promised[frozenset(every[k] for k in pair)] = start.left / float(pair_gain)
+    for members, pair_gain in zip(likely.members, likely.gains, strict=True):
+        pair = frozenset(every[k] for k in members)
+        # The gain of two unknowns that cancel each other is zero.
+        if sum(map(_is_edit, pair)) == 1 and pair_gain > 0.0:
+            promised[pair] = start.left / float(pair_gain)
     ones = []
-    for first in (*edits, *values):
-        name = every[first]
+    for name in (*edits, *values):
         x, left = asked.refined([name], np.zeros(1))
         ones.append(left)
         others = [n for n in every if _is_edit(n) != _is_edit(name)]
         there = asked.first_order([name, *others], np.concatenate([x, np.zeros(len(others))]))
-        _, gains = solve(there, np.array([[0, 1 + k] for k in range(len(others))]))
+        _, gains = solve(there, np.array([[0, k] for k in range(1, len(others) + 1)]))
         best = int(np.argmax(gains))
         pair = frozenset((name, others[best]))
         promised[pair] = min(promised.get(pair, np.inf), there.left / float(gains[best]))
