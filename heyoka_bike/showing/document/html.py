@@ -133,10 +133,9 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
 def _beside(table: doc.TableBlock, level: int, medium: str) -> str:
     """A table with the chapter next to it, if it has one for this medium."""
     found = _table(table, medium)
-    chapters = doc.of_medium([table.beside] if table.beside else [], medium)
-    if not chapters:
+    detail = markup([table.beside], level, medium) if table.beside else ""
+    if not detail:
         return found
-    detail = markup(chapters, level, medium)
     return (
         f'<div class="found"><div class="digits">{found}</div>'
         f'<div class="detail">{detail}</div></div>'
