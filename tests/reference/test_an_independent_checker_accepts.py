@@ -491,6 +491,9 @@ def exact(x):
 
 
 SHORT = {"duration": Fraction(1, 10), "spacing": Fraction(1, 50)}
+ONE_SECOND = {"duration": Fraction(1), "spacing": Fraction(1, 10)}
+# The motion from a roll angle of 0.1 rad and a steer angle of -1.5 rad ends after 0.075 s.
+HALF_AS_LONG = {"duration": Fraction(1, 20), "spacing": Fraction(1, 100)}
 
 
 @pytest.fixture
@@ -508,13 +511,13 @@ def pitch_is_another_root(monkeypatch, bicycle):
 
 
 @pytest.mark.proof
-def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers):
-    """A dataset like that of the next test, but without a forgery.
+@pytest.mark.parametrize(("number", "rows"), [(1, SHORT), (3, ONE_SECOND)])
+def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers, number, rows):
+    """The first dataset is that of the next test, but without a forgery.
 
-    The last row is at a whole second, where the remainder of the time is zero.
+    The last row of the second one is at a whole second, where the remainder of the time is zero.
     """
-    second = {"duration": Fraction(1), "spacing": Fraction(1, 10)}
-    forged_set(tmp_path, bicycle, replace(maneuvers[2], **second))
+    forged_set(tmp_path, bicycle, replace(maneuvers[number - 1], **rows))
     code, out, err = check(tmp_path, "--any-inputs")
     assert (code, err) == (0, "")
     assert f"accepted: {tmp_path}, for inputs that may be others than the benchmark's" in out
@@ -532,13 +535,16 @@ def test_a_bicycle_turned_over_its_rear_hub_is_refused(check, tmp_path, bicycle,
 
 
 @pytest.mark.proof
-@pytest.mark.parametrize("angles", [("1/5", "1/2"), ("-1/3", "1"), ("1/10", "-3/2"), ("0", "pi/3")])
+@pytest.mark.parametrize(
+    ("angles", "rows"),
+    [(("1/5", "1/2"), SHORT), (("-1/3", "1"), SHORT), (("1/10", "-3/2"), HALF_AS_LONG),
+     (("0", "pi/3"), SHORT)],
+)  # fmt: skip
 def test_the_pitch_that_grows_from_zero_steer_is_followed(
-    check, tmp_path, bicycle, maneuvers, angles
+    check, tmp_path, bicycle, maneuvers, angles, rows
 ):
     roll, steer = map(Exact.parse, angles)
-    short = {"duration": Fraction(1, 20), "spacing": Fraction(1, 100)}
-    forged_set(tmp_path, bicycle, replace(maneuvers[2], roll=roll, steer=steer, **short))
+    forged_set(tmp_path, bicycle, replace(maneuvers[2], roll=roll, steer=steer, **rows))
     code, out, err = check(tmp_path, "--any-inputs")
     assert (code, err) == (0, ""), out
 

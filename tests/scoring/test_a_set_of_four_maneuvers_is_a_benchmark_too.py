@@ -137,6 +137,8 @@ def test_maneuvers_in_each_others_place_are_named(four, tmp_path):
     found = diagnose(mixed, four).diagnosis
     exchanged = [(f.code, f.evidence["maneuver"], f.evidence["of_maneuver"]) for f in found]
     assert exchanged == [("other_maneuver", 3, 4), ("other_maneuver", 4, 3)]
+    for f, (n, of) in zip(found, order.items(), strict=True):
+        assert f.message.startswith(f"Maneuver {n} has the values of maneuver {of}. ")
 
 
 @pytest.mark.parametrize("format_", ["c", "fortran", "matlab", "json", "csv", "netcdf"])

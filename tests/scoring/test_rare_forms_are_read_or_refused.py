@@ -8,16 +8,14 @@ import h5py
 import numpy as np
 import pytest
 
+from generators.published_columns import published_columns
 from heyoka_bike import load_reference, read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError, MissingPackageError
 
-EVERY = slice(None, None, 20)
-
 
 def columns(number):
-    m = load_reference()[number]
-    return {"time": m.time[EVERY], **{key: m[key][EVERY] for key in KEYS}}
+    return published_columns(load_reference(), number, every=20)
 
 
 def lists(number, rows=slice(None)):

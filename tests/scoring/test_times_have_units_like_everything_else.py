@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
+from generators.published_columns import published_columns
 from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
@@ -174,7 +175,7 @@ def test_a_short_run_is_in_seconds(end, degrees, reference):
 
 
 def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
-    table = {"time": reference[2].time / 60, **{k: reference[2][k] for k in KEYS}}
+    table = published_columns(reference, keys=KEYS) | {"time": reference[2].time / 60}
     report = diagnose(table, reference, maneuver=2)
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
@@ -183,7 +184,7 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
 
 
 def test_a_diagnosis_begins_with_the_unit_of_times(reference):
-    table = {"time": reference[2].time * 1000, **{k: reference[2][k] for k in KEYS}}
+    table = published_columns(reference, keys=KEYS) | {"time": reference[2].time * 1000}
     report = diagnose(table, reference, maneuver=2)
     assert [f.code for f in report.diagnosis] == ["time_outside"]
     assert report.diagnosis[0].message.endswith("are they in milliseconds?")
