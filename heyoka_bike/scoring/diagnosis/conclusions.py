@@ -165,6 +165,38 @@ class Explained(Evidence):
         return text + (_ABOUT_STARTS if is_of_start else "")
 
 
+@dataclass(frozen=True, slots=True)
+class BesideCause(Evidence):
+    """A fault of the rows in a file whose motion has a cause of its own.
+
+    Attributes
+    ----------
+    fault : Evidence
+        The fault, compared with the motion of that cause instead of the exact one.
+    """
+
+    fault: Evidence
+
+    @property
+    def code(self) -> str:
+        """The code of the fault."""
+        return self.fault.code
+
+    @property
+    def severity(self) -> Severity:
+        """The importance of the fault."""
+        return self.fault.severity
+
+    def message(self) -> str:
+        return (
+            f'{self.fault.message()}. Here "exact" and "correct" stand for the motion with the '
+            "next cause"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {**self.fault.numbers(), "beside_a_cause": True}
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class LinearMotion(Evidence):
     """Motions of the linearised equations.

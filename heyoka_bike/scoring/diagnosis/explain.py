@@ -24,7 +24,14 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
+from heyoka_bike.scoring.diagnosis.search import (
+    OF_MODEL,
+    OF_PROPOSED,
+    OF_WHAT_IS_WRITTEN,
+    SEARCH,
+    Causes,
+    Search,
+)
 from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
@@ -85,20 +92,21 @@ class Diagnosis:
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    only_output: bool = False, asks_for_edit: bool = True,
+    only_output: bool = False, asks_for_edit: bool = True, proposed: Sequence[Causes] = (),
     progress: Callable[[float], None] = lambda _: None, deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
     With `only_output`, only mistakes of the output are tried. With `asks_for_edit`, an offset or a
-    ratio of a column is also looked for, together with a wrong value. `progress` is called with the
+    ratio of a column is also looked for, together with a wrong value. With `proposed`, only these
+    causes are tried, without the equations along the file's motion. `progress` is called with the
     fraction of the work that is done, 0 to 1. At the `deadline` the search ends, and the causes
     found so far are compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < FEWEST_ROWS:
         return Diagnosis((), 0)
-    library = () if only_output else OF_MODEL
+    library = () if only_output or proposed else OF_MODEL
     try:
         with step_log.logged(_MOTION) as log:
             file = FileUnderTest(
@@ -110,9 +118,9 @@ def explain(
     progress(_SHARE_OF_EQUATIONS)
     if file.edit is not None:
         return Diagnosis((), file.tried, file.residual, edit=file.edit)
-    search = Search(file, is_thorough=deadline.is_thorough)
+    search = Search(file, is_thorough=deadline.is_thorough, proposed=proposed)
     residual, is_whole = file.residual, True
-    steps = OF_WHAT_IS_WRITTEN if only_output else SEARCH
+    steps = OF_PROPOSED if proposed else OF_WHAT_IS_WRITTEN if only_output else SEARCH
     try:
         rest = 1.0 - _SHARE_OF_EQUATIONS
         search.carry_out(steps, lambda share: progress(_SHARE_OF_EQUATIONS + rest * share))

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis import step_log, visible_faults
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
+from heyoka_bike.scoring.diagnosis.beside import Beside, faults_beside
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.conclusions import (
     Explained,
@@ -26,7 +26,9 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
     NothingWrong,
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
-from heyoka_bike.scoring.diagnosis.sources import SOURCES
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.search import Causes
+from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
@@ -97,6 +99,8 @@ class Pursuit:
         Evidence of the faults that were undone, in this order.
     explained : set of str
         Keys of columns with an unknown definition whose error a cause explains.
+    simulator : Simulator
+        It keeps the motions that were simulated.
     asks_for_edit
         False after an edit was found, see `explain`.
     answer : Answer or None
@@ -110,6 +114,7 @@ class Pursuit:
     view: Report = field(init=False)
     seen: list[Evidence] = field(default_factory=list)
     explained: set[str] = field(default_factory=set)
+    simulator: Simulator = field(default_factory=Simulator)
     asks_for_edit: bool = True
     answer: Answer | None = None
 
@@ -148,13 +153,16 @@ class Pursuit:
         is_one_clock = isinstance(x, OtherClock) and x.maneuver is None
         return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
 
-    def of_motion(self) -> Answer:
-        """Find the cause of the remaining errors by simulating the motions of programs."""
+    def of_motion(self, proposed: Sequence[Causes] = ()) -> Answer:
+        """Find the cause of the remaining errors by simulating the motions of programs.
+
+        With `proposed`, only these causes are tried.
+        """
         report = self.view
         unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
         # If the definition of a column is unknown, its error is no evidence about the program.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
-        found = self.of_columns(keys)
+        found = self.of_columns(keys, proposed=proposed)
         if found.edit is not None:
             return found
         if unknown and found.cause is None:
@@ -174,8 +182,14 @@ class Pursuit:
             return replace(found, seen=(*more, _right(report, keys)))
         return replace(found, seen=(*found.seen, *more))
 
-    def of_columns(self, keys: Sequence[str], *, only_output: bool = False) -> Answer:
-        """Find the cause of errors in these columns; with `only_output`, only in the output."""
+    def of_columns(
+        self, keys: Sequence[str], *, only_output: bool = False, proposed: Sequence[Causes] = ()
+    ) -> Answer:
+        """Find the cause of errors in these columns.
+
+        With `only_output`, only mistakes of the output are tried; with `proposed`, only these
+        causes.
+        """
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
@@ -200,8 +214,9 @@ class Pursuit:
         # If some columns show that the motion is right, the other columns are written wrongly.
         only_output = only_output or visible_faults.columns_apart(asked) is not None
         found = explain(
-            parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
-            progress=self.progress, deadline=self.deadline,
+            parts, self.reference, simulator=self.simulator, only_output=only_output,
+            asks_for_edit=self.asks_for_edit, proposed=proposed, progress=self.progress,
+            deadline=self.deadline,
         )  # fmt: skip
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
@@ -249,20 +264,32 @@ def pursue(
 def _end_of(pursuit: Pursuit) -> Answer:
     """Let all sources look, and at last search among the motions of programs."""
     for source in SOURCES:
-        with step_log.logged(source) as log:
-            undone = source.look(pursuit.view)
-            if undone is not None:
-                log.found = partial("; ".join, map(str, undone.seen))
-        if undone is not None:
+        if (undone := looked(source, pursuit.view)) is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:
             return pursuit.answer
     end = pursuit.of_motion()
-    if end.edit is None:
+    if end.edit is not None:
+        pursuit.undo(without_ratio(pursuit.view, end.edit))
+        pursuit.asks_for_edit = False
+        end = pursuit.answer or pursuit.of_motion()
+    beside = faults_beside(end.seen, pursuit.view, pursuit.reference, pursuit.simulator)
+    return end if beside is None else _with_faults(pursuit, end, beside)
+
+
+def _with_faults(pursuit: Pursuit, end: Answer, beside: Beside) -> Answer:
+    """Judge the causes of an answer again by the rows without some faults; report both.
+
+    If the causes do not explain those rows, the answer remains as it is.
+    """
+    before = pursuit.view
+    pursuit.view = scored(Alignment(before.file, beside.parts, ()), pursuit.reference)
+    again = pursuit.of_motion(beside.causes)
+    if not any(isinstance(x, Explained) for x in again.seen):
+        pursuit.view = before
         return end
-    pursuit.undo(without_ratio(pursuit.view, end.edit))
-    pursuit.asks_for_edit = False
-    return pursuit.answer or pursuit.of_motion()
+    pursuit.seen += beside.seen
+    return again
 
 
 def _is_mistake(seen: Evidence) -> bool:

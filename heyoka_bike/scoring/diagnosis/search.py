@@ -84,12 +84,15 @@ class Search:
         others.
     is_thorough
         True to continue even if the file shows a force that no single cause explains.
+    proposed : sequence of tuple of Cause
+        Causes that were found before faults of the rows were corrected.
     """
 
     file: FileUnderTest
     found: list[Hypothesis] = field(default_factory=list)
     starts: list[Hypothesis] = field(default_factory=list)
     is_thorough: bool = False
+    proposed: Sequence[Causes] = ()
 
     @property
     def residual(self) -> Residual | None:
@@ -215,6 +218,15 @@ def _by_output(search: Search) -> Iterable[Hypothesis]:
 
 def _only_written(search: Search) -> Iterable[Hypothesis]:
     return search.file.judged((m,) for m in _written(search.file))
+
+
+def _proposed(search: Search) -> Iterator[Hypothesis]:
+    """Judge the proposed causes as they are, and with values fitted to the corrected rows."""
+    yield from search.file.judged(search.proposed)
+    for causes in search.proposed:
+        values = [m for m in causes if m.found]
+        if len(values) == len(causes) == 1:
+            yield from _fitted(search.file, [], values, counts=(len(values[0].found),))
 
 
 def _written(file: FileUnderTest) -> list[Mistake]:
@@ -518,3 +530,10 @@ SEARCH = (
 
 OF_WHAT_IS_WRITTEN = (Trial("output", "which column is wrong?", lambda _: True, _only_written),)
 """The only step of a search for mistakes of the output."""
+
+OF_PROPOSED = (
+    Trial(
+        "again", "does this cause explain the rows without their faults?", lambda _: True, _proposed
+    ),
+)
+"""The only step of a search among causes that were found before."""

@@ -138,9 +138,7 @@ class FileUnderTest:
         asks_for_edit: bool = False,
     ) -> None:
         self._reference, self._deadline = reference, deadline
-        starts = {n: _start(reference[n].inputs) for n in reference}
-        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
-        self.program = Program(Motion(bicycle, starts))
+        self.program = correct_program(reference)
         times = max((part.time for part in parts), key=len)
         duration = float(reference[1].duration)
         self._library = mistakes_of(tuple(reference), times, duration)
@@ -562,6 +560,12 @@ def _part_off(values: Array, written: Array) -> Array:
     size = (rms(written[there]) if there.any() else 0.0) or 1.0
     off = np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
     return np.where(there, off, 0.0)
+
+
+def correct_program(reference: Reference) -> Program:
+    """Return the program that computes the motions of a reference."""
+    starts = {n: _start(reference[n].inputs) for n in reference}
+    return Program(Motion(Bicycle.parse(reference.bicycle, reference.parameters), starts))
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

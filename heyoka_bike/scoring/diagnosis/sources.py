@@ -5,13 +5,15 @@ corrected rows. Add a line here, and the class of its evidence in `scoring.evide
 """
 
 from dataclasses import dataclass
+from functools import partial
 
-from heyoka_bike.scoring.diagnosis.step_log import Step
+from heyoka_bike.scoring.diagnosis.step_log import Step, logged
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import bounded, deviating_columns, single_rows
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
-from heyoka_bike.scoring.rows.table import RowCheck
+from heyoka_bike.scoring.rows.table import RowCheck, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
     late_rows,
@@ -28,30 +30,55 @@ class Source(Step):
     Attributes
     ----------
     look : RowCheck
+    is_of_motion
+        True if the look compares the rows with the exact motion. If the file has another motion,
+        it is asked again with that motion in its place.
     """
 
     look: RowCheck
+    is_of_motion: bool = False
 
 
 SOURCES = (
     Source("unit", "are the times in minutes or hours?", other_unit),
-    Source("late", "are all times shifted?", late_rows),
+    Source("late", "are all times shifted?", late_rows, is_of_motion=True),
     Source("bits", "are the values single-precision or half-precision numbers?", few_bits),
     Source("grid", "are the values multiples of a step coarser than their digits?", coarse_grids),
     Source("reversed", "is the last row the start of the motion?", reversed_rows),
     Source("single rows", "do single rows repeat the row before?", single_rows),
     Source("stopped", "do the last rows repeat one another?", stopped),
-    Source("mirrored", "is a maneuver the exact motion to the other side?", mirrored),
+    Source(
+        "mirrored", "is a maneuver the exact motion to the other side?", mirrored, is_of_motion=True
+    ),
     Source("exchanged", "are an angle and its rate exchanged?", exchanged_with_rate),
     Source("differences", "is a rate a finite difference of its own angle?", own_differences),
     Source("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
-    Source("counted", "are the rows right at multiples of a step?", counted_rows),
-    Source("one clock", "are the rows right if all times are scaled?", one_clock),
-    Source("clock", "are the rows of a maneuver right at scaled or shifted times?", other_clocks),
+    Source(
+        "counted", "are the rows right at multiples of a step?", counted_rows, is_of_motion=True
+    ),
+    Source(
+        "one clock", "are the rows right if all times are scaled?", one_clock, is_of_motion=True
+    ),
+    Source(
+        "clock",
+        "are the rows of a maneuver right at scaled or shifted times?",
+        other_clocks,
+        is_of_motion=True,
+    ),
     Source(
         "columns",
         "is a column exchanged, unsigned, multiplied by a factor, offset, clipped or averaged?",
         deviating_columns,
+        is_of_motion=True,
     ),
     Source("bounds", "does a column stay at a bound?", bounded),
 )
+
+
+def looked(source: Source, report: Report) -> Undone | None:
+    """Let a source look at a report, and log what it finds."""
+    with logged(source) as log:
+        undone = source.look(report)
+        if undone is not None:
+            log.found = partial("; ".join, map(str, undone.seen))
+    return undone

@@ -123,7 +123,7 @@ def deviating_columns(report: Report) -> Undone | None:
                 values[key] = _corrected(m, m[key], deviation)
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
-    return Undone(tuple(_evidence(report, found)), tuple(parts))
+    return Undone(tuple(_evidence(report, found)), tuple(parts), frozenset(found))
 
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:

@@ -24,10 +24,14 @@ class Undone:
         The changes.
     parts : tuple of Part
         The corrected rows, by maneuver.
+    filled : frozenset of (int, str)
+        Maneuvers and keys of the columns whose corrected values were computed from the motion with
+        which the rows were compared. They do not show which motion the file has.
     """
 
     seen: tuple[Evidence, ...]
     parts: tuple[Part, ...]
+    filled: frozenset[tuple[int, str]] = frozenset()
 
 
 RowCheck = Callable[[Report], Undone | None]

@@ -169,6 +169,13 @@ class Simulator:
             for columns, group in zip(first, groups, strict=True)
         ]
 
+    def at(self, motion: MotionRequest, time: Array) -> dict[str, Array]:
+        """Return the columns of a motion at times up to its end [s], as `run` does."""
+        (constants,) = self._integrate([motion], NEVER)
+        if constants is None:
+            return {name: np.full(len(time), np.nan) for name in NAMES}
+        return self._columns(motion, constants[0], self._states(motion, time))
+
     def followed(self, motion: MotionRequest, time: Array) -> tuple[Equations, Array]:
         """Return the equations of a motion, and its states at times up to its end [s], (7, n)."""
         (constants,) = self._integrate([motion], NEVER)
