@@ -6,7 +6,7 @@ found, its motion takes the place of the exact one, and the same looks are asked
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,14 +16,12 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis.conclusions import BesideCause, Direction, Explained
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Program, apply, beginning
-from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import (
-    SimulatedManeuver,
-    with_columns,
-)
+from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.diagnosis.seen_file import correct_program
 from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import scored
 
@@ -73,8 +71,7 @@ def faults_beside(
     program = apply(correct_program(reference), causes[0])
     if program.edits or program.motion.linear:
         return None
-    motions = _with_motion_of(program, report, reference, simulator)
-    parts = [replace(m.part, reference=motions[m.maneuver]) for m in report.maneuvers if motions]
+    parts = _compared_with(program, report, reference, simulator)
     found: list[Evidence] = []
     for source in SOURCES:
         if not (source.is_of_motion and parts):
@@ -100,11 +97,11 @@ def _incomplete(x: Evidence) -> list[tuple[Cause, ...]]:
     return [x.hypothesis.mistakes] if isinstance(x, Direction) else []
 
 
-def _with_motion_of(
+def _compared_with(
     program: Program, report: Report, reference: Reference, simulator: Simulator
-) -> Mapping[int, SimulatedManeuver]:
-    """The report's maneuvers with the motion of a program; empty if a motion ends early."""
-    found = {}
+) -> list[Part]:
+    """The rows to compare with the motion of a program, up to the end of that motion."""
+    found = []
     for m in report.maneuvers:
         whole = reference[m.maneuver]
         motion = MotionRequest(
@@ -113,6 +110,8 @@ def _with_motion_of(
             np.array([float(whole.duration)]),
             dict(program.motion.amounts),
         )
-        found[m.maneuver] = with_columns(whole, partial(simulator.at, motion))
-    goes_on = all(np.isfinite(x["roll_angle"]).all() for x in found.values())
-    return found if goes_on else {}
+        simulated = with_columns(whole, partial(simulator.at, motion))
+        rows = m.part.at(m.part.time <= simulated.time[-1])
+        if len(rows.time) >= MIN_ROWS_FOR_SHAPE:
+            found.append(replace(rows, reference=simulated))
+    return found

@@ -8,6 +8,7 @@ from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
@@ -79,7 +80,7 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     - it has a large error, and the cause does not change it;
     - the cause explains little of all errors, or of the error of one column of a maneuver;
     - its error is far larger than those of the other columns of the motion, which an integrator
-      causes;
+      causes, or than all errors of another maneuver;
     - the equations have a residual that no integrator makes.
     """
     above = above_digits(h)
@@ -97,6 +98,10 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     if unexplained:
         return max(unexplained, key=unexplained.__getitem__)
     if residual is not None and residual.leaves_more(h.mistakes):
+        return worst
+    by_maneuver = grouped((n, x) for (n, _), x in h.after.items())
+    limit = FAR_WORSE * max(min(map(max, by_maneuver.values())), THRESHOLDS.negligible_error)
+    if above[worst] > max(limit, TOLERANCE):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # The relative errors of roll and steer columns of the same motion may differ greatly.

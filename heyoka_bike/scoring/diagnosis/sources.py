@@ -9,7 +9,12 @@ from functools import partial
 
 from heyoka_bike.scoring.diagnosis.step_log import Step, logged
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.column_faults import bounded, deviating_columns, single_rows
+from heyoka_bike.scoring.rows.column_faults import (
+    bounded,
+    deviating_columns,
+    numbers_of_another_maneuver,
+    single_rows,
+)
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
@@ -49,6 +54,11 @@ SOURCES = (
     Source("stopped", "do the last rows repeat one another?", stopped),
     Source(
         "mirrored", "is a maneuver the exact motion to the other side?", mirrored, is_of_motion=True
+    ),
+    Source(
+        "another maneuver",
+        "are the numbers of a column those of another maneuver?",
+        numbers_of_another_maneuver,
     ),
     Source("exchanged", "are an angle and its rate exchanged?", exchanged_with_rate),
     Source("differences", "is a rate a finite difference of its own angle?", own_differences),

@@ -147,9 +147,11 @@ def _alike_everywhere(
     One program writes all maneuvers. If a column is wrong in another maneuver without such a simple
     explanation there, it is wrong for another reason.
     """
+    errors = grouped((key, report[n][key].error) for n, key in found)
     unexplained = {
         c.key for m, c in places(report)
-        if not is_right_column(c) and (m.maneuver, c.key) not in found.keys() | others
+        if (m.maneuver, c.key) not in found.keys() | others and not is_right_column(c)
+        and c.key in errors and not _is_far_better(c.error, min(errors[c.key]))
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in unexplained}
 
@@ -188,17 +190,19 @@ def _without_exchanged_everywhere(
 
 
 def _is_beside_right(report: Report, found: _Deviations) -> bool:
-    """True if all other columns of these maneuvers are right to three digits, and far better.
-
-    Far better: their errors are smaller by the factor `CLEARLY`.
-    """
+    """True if all other columns of these maneuvers are right to three digits, and far better."""
     for m in report.maneuvers:
         errors = {c.key: c.error for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
         rest = max((x for key, x in errors.items() if key not in mine), default=0.0)
-        if any(rest > min(TOLERANCE, errors[key] / CLEARLY) for key in mine):
+        if not all(_is_far_better(rest, errors[key]) for key in mine):
             return False
     return True
+
+
+def _is_far_better(error: float, wrong: float) -> bool:
+    """True if an error [scales] is invisible, and smaller than a wrong one by `CLEARLY`."""
+    return error <= min(TOLERANCE, wrong / CLEARLY)
 
 
 def _corrected(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
@@ -522,6 +526,25 @@ def of_other_maneuvers(
                 continue
             right, worse = sorted((m, other), key=lambda x: max(x[key].error for key in same))
             yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
+
+
+def numbers_of_another_maneuver(report: Report) -> Undone | None:
+    """Look for columns with the numbers of another maneuver, and leave them out.
+
+    A maneuver is not left out as a whole.
+    """
+    found = [
+        x
+        for x in of_other_maneuvers(report.maneuvers)
+        if {c.key for c in report[x.maneuver].columns} > {*x.keys}
+    ]
+    if not found:
+        return None
+    keys = {x.maneuver: {*x.keys} for x in found}
+    parts = (
+        m.part.only(m.part.values.keys() - keys.get(m.maneuver, set())) for m in report.maneuvers
+    )
+    return Undone(tuple(found), tuple(parts))
 
 
 def _are_same(one: ColumnScore, other: ColumnScore) -> bool:

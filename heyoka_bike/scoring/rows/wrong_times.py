@@ -52,10 +52,11 @@ class _Wrong(AtOtherTimes):
     def are_right(self, left: Array) -> bool:
         """True if times that leave these RMS errors, in scales, are the correct times.
 
-        Every error must fall by the factor `BY_FAR` or to the digits written, and be below
-        `TOLERANCE`.
+        Every error must fall by the factor `BY_FAR`, to the digits written, or to the square of
+        this factor below the largest error, and be below `TOLERANCE`.
         """
-        falls = (left * BY_FAR < self.before) | (left <= self.floors)
+        negligible = np.maximum(self.floors, np.max(self.before, initial=0.0) / BY_FAR**2)
+        falls = (left * BY_FAR < self.before) | (left <= negligible)
         # At least one error must fall by the factor `BY_FAR`. Errors that fall only a little, to
         # the digits written, prove nothing.
         is_shown = bool(np.any(left * BY_FAR < self.before))

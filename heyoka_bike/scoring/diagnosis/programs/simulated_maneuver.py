@@ -36,11 +36,21 @@ class SimulatedManeuver(ReferenceManeuver):
 
 
 def with_columns(maneuver: ReferenceManeuver, columns_at: ColumnsAt) -> SimulatedManeuver:
-    """Return a maneuver with the columns of another motion; columns without values are missing."""
+    """Return a maneuver with the columns of another motion, up to the end of that motion.
+
+    The motion ends where its columns are no longer finite.
+    """
     columns = columns_at(maneuver.time)
-    rows = _values({name: columns[name] for name in maneuver.at_any_time & columns.keys()})
+    names = maneuver.at_any_time & columns.keys()
+    goes_on = np.all([np.isfinite(columns[name]) for name in names], axis=0)
+    rows = slice(int(np.argmin([*goes_on, False])))
     same = {f.name: getattr(maneuver, f.name) for f in fields(maneuver)}
-    return SimulatedManeuver(**{**same, "rows": rows}, columns_at=columns_at)
+    changed = {
+        "time": maneuver.time[rows],
+        "time_lo": maneuver.time_lo[rows],
+        "rows": _values({name: columns[name][rows] for name in names}),
+    }
+    return SimulatedManeuver(**{**same, **changed}, columns_at=columns_at)
 
 
 def _values(columns: Mapping[str, Array]) -> Values:
