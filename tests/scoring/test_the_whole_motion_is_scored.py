@@ -259,7 +259,7 @@ def test_mistakes_are_simulated_for_the_eight_only(reference, exact):
     report = diagnose(wrong, reference)
     assert [f.code for f in report.diagnosis] == ["column_beside", "nothing_to_explain"]
     assert report.diagnosis[0].evidence["factor"] == pytest.approx(1.01)
-    assert "every column" not in report.diagnosis[1].message
+    assert "Every column" not in report.diagnosis[1].message
     assert column(report, 2, "rear_normal_force").as_understood.measures.scd < 2.1
 
 
