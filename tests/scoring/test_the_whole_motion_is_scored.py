@@ -275,7 +275,7 @@ def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     # The command still prints the score, although there is nothing to diagnose.
     assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
     shown = capsys.readouterr().out
-    assert "the diagnosis looks at the benchmark's columns" in shown
+    assert "The diagnosis needs the benchmark's columns" in shown
     assert "rear_normal_force" in shown
 
 
