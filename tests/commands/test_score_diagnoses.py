@@ -137,4 +137,4 @@ def test_a_start_that_breaks_rolling_says_what_is_assumed(tmp_path, capsys, refe
     assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert mistake.says in out.lower()
-    assert "nearest velocities in kinetic energy" in out
+    assert "nearest in kinetic energy" in out

@@ -65,7 +65,10 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
     xx, zz = by_axes["xx"], by_axes["zz"]
     right = xx.right + zz.right
     if abs(xx.value + zz.value - right) < TOLERANCE * right:
-        return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
+        return (
+            f". The sum of both is right, as if the inertia of the {body}, or of a part of it, "
+            "were rotated"
+        )
     if all(x.value < x.right for axes, x in by_axes.items() if axes != "xz"):
         return (
             f". All are too small, as if the inertias of the {body}'s parts were added without "

@@ -317,8 +317,9 @@ class IntegratedBy(Evidence):
         )
         if not self.is_sure:
             return said + (
-                "The same method in other coordinates makes another error. If a smaller step does "
-                "not reduce the error, look for another cause"
+                "The rest may come from the coordinates of your program, on which the error of a "
+                "method depends. If a smaller step does not reduce the error, look for another "
+                "cause"
             )
         rest = "No other error is visible" if self.rest is None else _rest_words(h, self.rest)
         return f"{said}{rest}. Take a smaller step, or a method of higher order"

@@ -259,7 +259,7 @@ class RowsOutside(Evidence):
 
     def message(self) -> str:
         first, last = (time_beside(t, self.duration) for t in (self.t_first, self.t_last))
-        question = f"; are they in {self.may_be_in}?" if self.may_be_in else ""
+        question = f"; are the times in {self.may_be_in}?" if self.may_be_in else ""
         rows = counted(self.rows, "row is", "rows are")
         return (
             f"{rows} left out, with times from {first} to {last} s: the reference covers 0 to "

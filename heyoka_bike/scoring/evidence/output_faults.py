@@ -289,8 +289,8 @@ class TimesAddedUp(Evidence):
         )
         return (
             f"The rows are correct at multiples of {self.step:g} s, but the written times drift "
-            f"away from these by up to {self.creep:.2g} s, {how}. Write the row number times the "
-            "step"
+            f"away from these by up to {self.creep:.2g} s, {how}. Compute each time as the row "
+            "number multiplied by the step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
