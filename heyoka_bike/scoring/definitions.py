@@ -574,6 +574,9 @@ def _with_odds_against_unknown(
     if not others:
         return u
     odds = _LOG_ODDS_OF_KNOWN
+    if any(TOLERANCE <= _motion_error(s, found) != 1.0 for s in having):
+        # What makes the motion wrong in a maneuver may also act in this column.
+        having = []
     for s in having:
         if _motion_error(s, found) >= TOLERANCE:
             # A wrong motion does not show the definition.

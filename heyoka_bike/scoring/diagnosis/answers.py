@@ -1,8 +1,10 @@
 """The answer of a diagnosis: the causes that explain the file, or a description of its error."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, visible_faults
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
@@ -20,7 +22,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
     TorqueLaw,
     UnitsBeside,
 )
-from heyoka_bike.scoring.diagnosis.energies import of_contact
+from heyoka_bike.scoring.diagnosis.energies import of_contact, of_other_motions
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
@@ -30,12 +32,19 @@ from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import FallsOver, SmoothError, TooFar
+from heyoka_bike.scoring.evidence.error_shape import (
+    BeginsAs,
+    FallsOver,
+    RoughError,
+    SmoothError,
+    TooFar,
+)
 from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
+    EnergyOfOtherMotion,
     RowsBetween,
     RowsRepeated,
 )
@@ -76,7 +85,9 @@ def answers(
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
             for rank, hypotheses in enumerate(diagnosis.classes[: THRESHOLDS.max_answers], 1)
         )
-        return (*others, *causes, *units, *falls)
+        is_method = any(m.kind == "method" for m in diagnosis.classes[0][0].mistakes)
+        energies = _energies(diagnosis.causes, report) if is_method else ()
+        return (*others, *energies, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):
         return tuple(first)
     integrator = _integrator(diagnosis.causes)
@@ -100,6 +111,9 @@ def answers(
     if isinstance(whole, ColumnsApart):
         # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
+    energies = tuple(_energies(diagnosis.causes, report))
+    if is_integrator and whole is integrator:
+        return (*first, *energies, whole)
     if whole is not None:
         return (*first, whole, nothing)
     forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
@@ -114,13 +128,22 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
+    if forces:
+        # The first rows say less about a force than the equations do.
+        shape = tuple(x for x in shape if not isinstance(x, BeginsAs))
+    if any(isinstance(x, RoughError) and x.are_all for x in shape):
+        # Noise changes the first row, too.
+        first = tuple(x for x in first if not isinstance(x, AnotherStart))
     # Report a method that only resembles the error last.
     nearest = () if integrator is None else (integrator,)
-    told = (*yields, *forces, *described, *first)
-    if not told:
+    told = (*energies, *yields, *forces, *described)
+    if not (told or first):
         return (nothing, *shape, *nearest)
     general = tuple(x for x in shape if isinstance(x, SmoothError))
-    return (*told, *(x for x in shape if x not in general), nothing, *general, *nearest)
+    shape = tuple(x for x in shape if x not in general)
+    if any(isinstance(x, ForceUnexplained) for x in forces):
+        nothing = replace(nothing, closest=())
+    return (*told, *first, *shape, nothing, *general, *nearest)
 
 
 def is_whole_cause(x: Evidence) -> bool:
@@ -175,13 +198,20 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
         yield TorqueLaw(causes.law)
         return
     is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
-    yield ForceUnexplained(_left(causes), is_beside, is_end)
+    yield ForceUnexplained(_left(causes), is_beside, is_end, () if is_beside else _closest(causes))
 
 
 def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
     """Yield the residual of the equations if it is too small to be called a force."""
     if causes is not None and causes.is_described:
         yield _left(causes)
+
+
+def _energies(causes: Residual | None, report: Report) -> Iterator[EnergyOfOtherMotion]:
+    """Yield energies that do not belong to the file's motion, if no force is missing in it."""
+    if causes is not None and shows_equations(causes) and not causes.is_open:
+        equations = Equations.binary64(causes.program.motion.bicycle)
+        yield from of_other_motions(report, causes.motions, equations)
 
 
 def _left(causes: Residual) -> LeftOfEquations:
@@ -253,7 +283,11 @@ def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
     m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    closest = (
-        _by_relief(seen)[: THRESHOLDS.max_refined] if seen is not None and seen.visibility else ()
-    )
-    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, tuple(closest))
+    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, _closest(seen))
+
+
+def _closest(causes: Residual | None) -> tuple[Hypothesis, ...]:
+    """The causes that explain most of the residual, though not enough."""
+    if causes is None or not causes.visibility:
+        return ()
+    return tuple(_by_relief(causes)[: THRESHOLDS.max_refined])

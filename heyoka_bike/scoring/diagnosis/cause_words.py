@@ -103,6 +103,9 @@ def _value_words(x: FittedValue) -> str:
     is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"
+    if after == right:
+        # The value differs by less than its uncertainty shows.
+        after = f"{x.value:.10g}"
     unit = _ONE_PER.sub(r"\1/\2", UNIT_OF_VALUE[x.name])
     return f"{_name_words(x)} is {after} {unit}{within} instead of {right}"
 

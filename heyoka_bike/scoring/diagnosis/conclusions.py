@@ -440,11 +440,14 @@ class ForceUnexplained(Evidence):
         True if a cause explains nearly everything else.
     is_end
         True if the search ended with it, and two mistakes at once were not tried.
+    closest : tuple of Hypothesis
+        Causes that explain a part of the residual, though not enough.
     """
 
     left: LeftOfEquations
     is_beside: bool
     is_end: bool
+    closest: tuple[Hypothesis, ...] = ()
 
     code = "term_unexplained"
     severity = Severity.WARNING
@@ -463,6 +466,8 @@ class ForceUnexplained(Evidence):
             f"Accelerations are off by {share_words(shares['roll'])} (roll) and "
             f"{share_words(shares['steer'])} (steer)"
         )
+        if self.closest:
+            said += f". {_nearest_words(self.closest[0])}"
         if self.is_end:
             said += (
                 ". Pairs of mistakes were not tried. To try them: --thorough (in Python "
@@ -471,7 +476,7 @@ class ForceUnexplained(Evidence):
         return said
 
     def numbers(self) -> Mapping[str, Any]:
-        return _residual(self.left)
+        return {**_residual(self.left), "closest": [list(h.codes) for h in self.closest]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -549,12 +554,7 @@ class NoCauseFound(Evidence):
         if self.are_equations_met:
             said += ". The motion in the file satisfies the equations of motion"
         if self.closest:
-            first = self.closest[0]
-            said += (
-                f". The nearest mistake is: {mistakes_words(first.mistakes)}. The file satisfies "
-                "equations with it better than the exact ones, but only by a factor of "
-                f"{short_number(first.relief)}"
-            )
+            said += f". {_nearest_words(self.closest[0])}"
         return said
 
     def numbers(self) -> Mapping[str, Any]:
@@ -632,6 +632,14 @@ class NothingToDiagnose(Evidence):
             "The diagnosis needs the benchmark's columns, and none of them has a value: "
             f"{', '.join(BENCHMARK_COLUMNS)}"
         )
+
+
+def _nearest_words(h: Hypothesis) -> str:
+    """Name a cause that explains the residual of the equations only in part."""
+    return (
+        f"The nearest mistake is: {mistakes_words(h.mistakes)}. The file satisfies equations with "
+        f"it better than the exact ones, but only by a factor of {short_number(h.relief)}"
+    )
 
 
 def _rest_words(h: Hypothesis, rest: Place) -> str:

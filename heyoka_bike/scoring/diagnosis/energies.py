@@ -5,23 +5,34 @@ changes indicates a force that does work, or an integrator. If the energy is con
 parts are wrong, the wrong forces do no work. This evidence needs no simulation.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 from heyoka_bike.scoring.evidence.error_shape import (
     ContactYields,
     EnergyKept,
     EnergyTrend,
     EnergyVaries,
 )
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.evidence.output_faults import EnergyOfOtherMotion
+from heyoka_bike.scoring.grades import (
+    MAX_ROUNDING_FLOORS,
+    MIN_ROWS_FOR_SHAPE,
+    TOLERANCE,
+    has_right_digits,
+)
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 _PARTS = ("potential_energy", "kinetic_energy")
@@ -192,3 +203,29 @@ def _change(c: ColumnScore) -> Array:
     """Change of the error of a column since the first row [J]."""
     change: Array = c.trace.error - c.trace.error[0]
     return change
+
+
+def of_other_motions(
+    report: Report, motions: Sequence[Observed], equations: Equations
+) -> Iterator[EnergyOfOtherMotion]:
+    """Yield energies that are not those of the motion in the file.
+
+    The potential and kinetic energy are functions of the state. The errors of the state in the file
+    change these functions, whatever causes them. A column must differ from the energy of the file's
+    state far more than that energy differs from the exact one.
+    """
+    off = {}
+    for motion in motions:
+        m = report[motion.number]
+        own = equations.columns(state_vector(equations, motion.state.__getitem__))
+        for key in _PARTS if motion.has_state else ():
+            if key not in m:
+                continue
+            c = m[key]
+            _, here, there = np.intersect1d(c.trace.time, motion.time, return_indices=True)
+            apart = c.trace.value[here] - own[key][there]
+            shown = own[key][there] - c.trace.reference[here]
+            if rms(apart) > CLEARLY * max(rms(shown), MAX_ROUNDING_FLOORS * floor_of(c)):
+                off[m.maneuver, key] = float(np.max(np.abs(apart)))
+    for key, of in grouped((key, n) for n, key in off).items():
+        yield EnergyOfOtherMotion(key, tuple(of), max(off[n, key] for n in of))

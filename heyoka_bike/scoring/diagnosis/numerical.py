@@ -90,8 +90,8 @@ def causes(report: Report) -> tuple[Evidence, ...]:
 
 
 def described(report: Report) -> tuple[Evidence, ...]:
-    """Return the evidence of forces that needs no simulation: first rows and energy."""
-    return (*beginnings(report), *of_energy(report))
+    """Return the evidence of forces that needs no simulation: energy and first rows."""
+    return (*of_energy(report), *beginnings(report))
 
 
 def _size(c: ColumnScore) -> float:

@@ -30,7 +30,12 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.search import Causes
 from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
+from heyoka_bike.scoring.evidence.column_meaning import (
+    Conventions,
+    DefinitionUnknown,
+    OtherZero,
+    SignContradiction,
+)
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.evidence.error_shape import RightElsewhere
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -238,11 +243,12 @@ class Pursuit:
         )  # fmt: skip
         explained = self.explained | {getattr(x, "key", "") for x in self.seen}
         # Do not ask for the definition of a column whose error is explained.
-        seen = tuple(
+        kept = (
             x
             for x in self.root.seen
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
         )
+        seen = tuple(x for one in kept if (x := _beside_cause(one, end.cause)) is not None)
         return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
 
 
@@ -327,6 +333,18 @@ def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | N
     numbers = tuple(m.maneuver for m in kept)
     seen = RightElsewhere(numbers, tuple(right), max(right.values()))
     return replace(report, maneuvers=kept), seen
+
+
+def _beside_cause(seen: Evidence, cause: Evidence | None) -> Evidence | None:
+    """Evidence on a zero, without what the cause explains; None if nothing remains of it."""
+    understood = cause.hypotheses[0].understood if isinstance(cause, Explained) else {}
+    explained = {key for key, u in understood.items() if not u.offset}
+    if isinstance(seen, OtherZero) and seen.key in explained:
+        return None
+    if isinstance(seen, Conventions) and explained & seen.offsets.keys():
+        rest = replace(seen, offsets={k: x for k, x in seen.offsets.items() if k not in explained})
+        return rest if any((rest.turned, rest.units, rest.offsets, rest.definitions)) else None
+    return seen
 
 
 def _is_of_starts(seen: Evidence | None) -> bool:

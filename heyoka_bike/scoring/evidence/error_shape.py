@@ -221,9 +221,10 @@ class BeginsAs(Evidence):
                 f"a wrong initial {rates}, wrong times, or a stiff force that acts within the "
                 "first rows"
             ),
-            2: "a force or a term that acts from the first row on, or a wrong initial speed",
-            3: "a force or a term that is zero while the bicycle is upright and straight, or one "
-            "that acts only later",
+            2: "a wrong parameter, force or term that acts from the first row on, or a wrong "
+            "initial speed",
+            3: "a wrong parameter, force or term that has no effect while the bicycle is upright "
+            "and straight, or that acts only later",
         }[self.order]
         many = len(self.keys) > 1
         return (

@@ -468,6 +468,37 @@ class ClippedColumn(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class EnergyOfOtherMotion(Evidence):
+    """An energy differs from that of the motion in the file.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    off
+        Largest difference from the energy that follows from the file's angles, rates and speed [J].
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    off: float
+
+    code = "energy_of_other_motion"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)} does not belong to the motion in the file. "
+            f"It differs from the energy of the file's own angles, rates and speed by up to "
+            f"{self.off:.2g} J, far more than the errors of these columns explain. Check how it is "
+            "computed"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "off": self.off}
+
+
+@dataclass(frozen=True, slots=True)
 class SmoothedColumns(Evidence):
     """Columns are moving averages of the exact values.
 
