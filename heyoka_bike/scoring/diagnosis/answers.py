@@ -143,7 +143,10 @@ def answers(
     shape = tuple(x for x in shape if x not in general)
     if any(isinstance(x, ForceUnexplained) for x in forces):
         nothing = replace(nothing, closest=())
-    return (*told, *first, *shape, nothing, *general, *nearest)
+    # An invisible difference of the first row says less than the other evidence.
+    small = tuple(x for x in first if isinstance(x, AnotherStart) and not x.is_visible)
+    first = tuple(x for x in first if x not in small)
+    return (*told, *first, *shape, *small, nothing, *general, *nearest)
 
 
 def is_whole_cause(x: Evidence) -> bool:

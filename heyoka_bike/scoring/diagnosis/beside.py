@@ -14,6 +14,7 @@ import numpy as np
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.diagnosis.claims import has_usual_energy
 from heyoka_bike.scoring.diagnosis.conclusions import BesideCause, Direction, Explained
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Program, apply, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
@@ -72,6 +73,8 @@ def faults_beside(
     if program.edits or program.motion.linear:
         return None
     parts = _compared_with(program, report, reference, simulator)
+    if not has_usual_energy(causes[0]):
+        parts = [part.only([k for k in part.values if not k.endswith("_energy")]) for part in parts]
     found: list[Evidence] = []
     for source in SOURCES:
         if not (source.is_of_motion and parts):

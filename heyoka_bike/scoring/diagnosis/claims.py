@@ -1,11 +1,14 @@
 """Tests whether a cause explains a file: whether the remaining error can be an integrator's."""
 
+from collections.abc import Sequence
+
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
+from heyoka_bike.scoring.diagnosis.programs.program import Cause
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -60,16 +63,22 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
     """Return the typical errors (in scales) that a cause leaves and the digits do not explain."""
-    # The energy does not count where programs compute it differently: if forces store energy, and
-    # if a rotor replaces the wheel's own inertia.
-    stores = any(x.name in FORCES and x.name not in WITHOUT_POTENTIAL for x in h.found)
-    has_energy = not stores and OF_TENSORS.isdisjoint(h.codes)
+    has_energy = has_usual_energy(h.mistakes)
     return {
         k: x
         for k, x in h.after.items()
         if x > max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * h.floors.get(k, 0.0))
         and (has_energy or not k[1].endswith("_energy"))
     }
+
+
+def has_usual_energy(mistakes: Sequence[Cause]) -> bool:
+    """True unless programs with these mistakes compute the energies in different ways.
+
+    They do if forces store energy, and if a rotor replaces the wheel's own inertia.
+    """
+    forces = {x.name for m in mistakes for x in m.found if x.name in FORCES}
+    return forces <= WITHOUT_POTENTIAL and OF_TENSORS.isdisjoint(m.code for m in mistakes)
 
 
 def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
@@ -99,9 +108,9 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
         return max(unexplained, key=unexplained.__getitem__)
     if residual is not None and residual.leaves_more(h.mistakes):
         return worst
-    by_maneuver = grouped((n, x) for (n, _), x in h.after.items())
-    limit = FAR_WORSE * max(min(map(max, by_maneuver.values())), THRESHOLDS.negligible_error)
-    if above[worst] > max(limit, TOLERANCE):
+    by_maneuver = grouped((n, x) for (n, key), x in h.after.items() if key in LATERAL)
+    least = min(map(max, by_maneuver.values()), default=1.0)
+    if above[worst] > max(FAR_WORSE * max(least, THRESHOLDS.negligible_error), TOLERANCE):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # The relative errors of roll and steer columns of the same motion may differ greatly.

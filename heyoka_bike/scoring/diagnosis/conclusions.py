@@ -29,7 +29,7 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_units
 from heyoka_bike.scoring.evidence.words import short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
-from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR
 
 _COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
@@ -470,8 +470,8 @@ class ForceUnexplained(Evidence):
             said += f". {_nearest_words(self.closest[0])}"
         if self.is_end:
             said += (
-                ". Pairs of mistakes were not tried. To try them: --thorough (in Python "
-                "thorough=True)"
+                ". Pairs of mistakes were not tried (--thorough, in Python thorough=True, tries "
+                "them)"
             )
         return said
 
@@ -546,11 +546,12 @@ class NoCauseFound(Evidence):
     code = "no_mistake_found"
 
     def message(self) -> str:
-        said = (
-            f"No known mistake explains the error: {self.tried} mistakes and combinations were "
-            f"tried. The largest error is {scale_words(self.max_rel_error, self.key)}, in maneuver "
-            f"{self.maneuver}"
-        )
+        size = f"{scale_words(self.max_rel_error, self.key)}, in maneuver {self.maneuver}"
+        tried = f"{self.tried} mistakes and combinations were tried"
+        if has_right_digits(self.max_rel_error):
+            said = f"The largest error is only {size}. No known mistake explains it: {tried}"
+        else:
+            said = f"No known mistake explains the error: {tried}. The largest error is {size}"
         if self.are_equations_met:
             said += ". The motion in the file satisfies the equations of motion"
         if self.closest:

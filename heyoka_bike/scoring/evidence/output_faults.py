@@ -7,6 +7,7 @@ from typing import Any
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
+from heyoka_bike.scoring.grades import TOLERANCE
 
 _PART_OF_A_ROW = 0.05
 """Smallest shift, in rows, that the message also states in rows."""
@@ -491,7 +492,7 @@ class EnergyOfOtherMotion(Evidence):
             f"{self.key} of {maneuvers(self.maneuvers)} does not belong to the motion in the file. "
             f"It differs from the energy of the file's own angles, rates and speed by up to "
             f"{self.off:.2g} J, far more than the errors of these columns explain. Check how it is "
-            "computed"
+            "computed, and with which masses, lengths and gravity"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -792,6 +793,11 @@ class AnotherStart(Evidence):
     given: float
     unit: str
     told: str | None
+
+    @property
+    def is_visible(self) -> bool:
+        """True if the difference would be visible in a plot of the column."""
+        return abs(self.found - self.given) > TOLERANCE * abs(self.given)
 
     code = "another_start"
     severity = Severity.WARNING

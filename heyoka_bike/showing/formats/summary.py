@@ -18,6 +18,7 @@ from heyoka_bike.scoring.evidence.column_meaning import (
     DefinitionUnknown,
     SensesOpposed,
     SignContradiction,
+    WholeTurns,
 )
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.evidence.words import counted
@@ -91,26 +92,30 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     """
     # List the findings that the diagnosis does not repeat before the diagnosis.
     odd_signs = (SignContradiction, SensesOpposed)
-    beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
+    beside = [
+        x
+        for x in report.seen
+        if isinstance(x, (DefinitionUnknown, NeverFilled, WholeTurns, *odd_signs))
+    ]
     own = [x for x in report.seen if isinstance(x, Conventions)]
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
     is_usual &= not any(f.code == "units_beside" for f in report.diagnosis)
     paragraphs = [verdict_text.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
     paragraphs += [f.message for f in findings([*own, *beside])]
     head = "\n\n".join(map(_filled, paragraphs)) + "\n"
-    is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
-    if has_details or is_named:
-        return "\n".join([head, "\n\n".join(_filled(f.message) for f in report.diagnosis)])
+    causes = [f for f in report.diagnosis if f.message not in paragraphs]
+    if has_details or any(f.code in _NAMES_A_CAUSE for f in causes):
+        return "\n".join([head, "\n\n".join(_filled(f.message) for f in causes)])
     # Always show that a search ended early, because this makes the other findings less certain.
-    stops = [_filled(f.message) for f in report.diagnosis if f.code == StoppedEarly.code]
-    told = [_filled(f.message) for f in report.diagnosis if f.code != StoppedEarly.code]
+    stops = [_filled(f.message) for f in causes if f.code == StoppedEarly.code]
+    told = [_filled(f.message) for f in causes if f.code != StoppedEarly.code]
     shown: list[str] = []
     room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
     for said in told:
-        room -= len(said.split("\n"))
-        if shown and room < 0:
-            break
-        shown.append(said)
+        lines = len(said.split("\n"))
+        if not shown or lines <= room:
+            shown.append(said)
+            room -= lines
     left = len(told) - len(shown)
     more = [f"{counted(left, 'more remark')} with --details"] if left else []
     return "\n".join([head, *shown, *more, *stops])
