@@ -128,8 +128,8 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    if forces:
-        # The first rows say less about a force than the equations do.
+    if forces or described:
+        # The first rows say less than the equations do.
         shape = tuple(x for x in shape if not isinstance(x, BeginsAs))
     if any(isinstance(x, RoughError) and x.are_all for x in shape):
         # Noise changes the first row, too.

@@ -45,9 +45,10 @@ _ABOUT_STARTS = (
 _NEGLIGIBLE_ERROR = 1e-6
 # Fractions of a variable's range at which the message about a torque gives the torque.
 _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
-# Maximum ratio `LeftOfEquations.above` for which explicit methods explain a residual. The ratio is
-# 152 for IDA, an implicit method that solves for the rates.
+# Maximum ratio `LeftOfEquations.above` for which explicit methods explain a residual, and for which
+# any integrator does: the ratio is 152 for IDA, an implicit method that solves for the rates.
 _MAX_RATIO_OF_EXPLICIT = 3.0
+_MAX_RATIO_OF_INTEGRATORS = 152.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -419,10 +420,13 @@ class LeftOfEquations(Evidence):
         )
         if self.may_be_explicit:
             return f"{said}An integrator can cause this much; a wrong term would cause more"
-        return (
-            f"{said}This is {short_number(self.above)} times the mismatch between the rates and "
-            "the slopes of the angles; for an integrator's error the factor is at most about 150"
+        much = (
+            f"{short_number(self.above)} times the mismatch between the rates and the slopes of "
+            f"the angles; in right programs it is up to {_MAX_RATIO_OF_INTEGRATORS:g} times"
         )
+        if self.above <= _MAX_RATIO_OF_INTEGRATORS:
+            return f"{said}An integrator can cause this, but few do: it is {much}"
+        return f"{said}This is more than an integrator causes: it is {much}"
 
     def numbers(self) -> Mapping[str, Any]:
         return _residual(self)

@@ -335,11 +335,11 @@ def _of_whole_runs(file: FileUnderTest, counts: Collection[int]) -> Iterator[Hyp
     values are judged, too.
     """
     starts = _names_of_starts(file)
-    # The equations of roll and steer have already been searched for the values that they contain,
-    # so those values need not be tried again.
+    # If the equations of roll and steer show any value, they have been searched for the values that
+    # they contain, so those values need not be tried again.
     seen = file.residual
     names = [*UNKNOWNS, *starts]
-    if seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open:
+    if seen is not None and _shows_values(seen) and not seen.is_open:
         # Try values that mainly change the speed, and values that the equations of roll and steer
         # suggest but do not determine.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
@@ -349,6 +349,11 @@ def _of_whole_runs(file: FileUnderTest, counts: Collection[int]) -> Iterator[Hyp
     alike = [m for m in OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
     of_start = file.of_kind("start") if keys & {*starts} else ()
     yield from file.judged((m,) for m in (*alike, *of_start))
+
+
+def _shows_values(residual: Residual) -> bool:
+    """True if the equations determine some value, however unlikely it is to be the cause."""
+    return residual.visibility >= Visibility.EQUATIONS_PARTLY and bool(residual.fitted)
 
 
 def _fitted(
