@@ -12,6 +12,7 @@ from heyoka_bike.scoring.diagnosis import pursue
 from heyoka_bike.scoring.diagnosis.conclusions import Explained, NoCauseFound
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.search import ONLY_OUTPUT
 from heyoka_bike.scoring.score import score
 
 TURNED = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
@@ -71,7 +72,7 @@ def test_diagnose_says_them_first(reference, tmp_path, capsys, monkeypatch):
 def test_without_any_diagnose_names_the_default_ones(reference, capsys, monkeypatch):
     monkeypatch.setattr(diagnosis, "diagnosed", lambda report, *_: report)
     assert main(["diagnose", str(reference.folder / "uncontrolled-bicycle.txt")]) == 0
-    assert "SI units, roll and steer positive to" in capsys.readouterr().out.split("\n\n")[1]
+    assert "SI units, positive to the right" in capsys.readouterr().out.split("\n\n")[1]
 
 
 # The mean of two different speeds is not the speed of any point of the bicycle.
@@ -104,10 +105,10 @@ def test_a_column_of_unknown_definition_is_left_out_of_the_search(
     tried."""
     asked = []
 
-    def explain(parts, *_, only_output, **__):
-        asked.append((only_output, [sorted(p.values) for p in parts]))
-        curves = ("a curve",) if only_output or is_explained else ()
-        return SimpleNamespace(curves=curves, is_whole=True, edit=None)
+    def explain(parts, *_, plan, **__):
+        asked.append((plan is ONLY_OUTPUT, [sorted(p.values) for p in parts]))
+        curves = ("a curve",) if plan is ONLY_OUTPUT or is_explained else ()
+        return SimpleNamespace(curves=curves, is_whole=True, edit=None, causes=None)
 
     def answers(found, *_):
         named = Explained(1, (Hypothesis(MISTAKES[:1], {}, {}, ()),), None, None, ())

@@ -1,12 +1,13 @@
 """Faults of the rows in a file whose motion has a cause of its own.
 
 The looks at the rows compare a file with the exact motion. Once a cause of the file's motion is
-found, its motion takes the place of the exact one, and the same looks are asked again.
+found, its motion takes the place of the exact one, and the same looks are asked again. If a fault
+hides the cause, the search leaves out the rows or the rate that contradict the rest of the file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,14 +17,18 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis.claims import has_usual_energy
 from heyoka_bike.scoring.diagnosis.conclusions import BesideCause, Direction, Explained
-from heyoka_bike.scoring.diagnosis.programs.program import Cause, Program, apply, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Program, apply, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed, integral
+from heyoka_bike.scoring.diagnosis.search import Causes
 from heyoka_bike.scoring.diagnosis.seen_file import correct_program
 from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
+from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
 from heyoka_bike.scoring.score import scored
 
 
@@ -33,7 +38,7 @@ class Beside:
 
     Attributes
     ----------
-    causes : sequence of tuple of Cause
+    causes : sequence of Causes
         The likeliest causes of the motion.
     seen : tuple of Evidence
         The faults.
@@ -42,21 +47,21 @@ class Beside:
         motion are left out.
     """
 
-    causes: Sequence[tuple[Cause, ...]]
+    causes: Sequence[Causes]
     seen: tuple[Evidence, ...]
     parts: tuple[Part, ...]
 
 
 def faults_beside(
-    seen: Sequence[Evidence], report: Report, reference: Reference, simulator: Simulator
+    causes: Sequence[Causes], report: Report, reference: Reference, simulator: Simulator
 ) -> Beside | None:
     """Find the faults of the rows that show in comparison with the motion of a cause.
 
     Parameters
     ----------
-    seen
-        The conclusions on the report. The first cause of the motion counts, if it leaves an error
-        in some column that it does not explain.
+    causes
+        The likeliest causes of the motion, the first one first; its motion takes the place of the
+        exact one.
     report
         The file, compared with the exact motion.
     reference, simulator
@@ -66,7 +71,6 @@ def faults_beside(
     Beside or None
         None if no fault is found.
     """
-    causes = next((found for x in seen if (found := _incomplete(x))), [])
     if not causes or any(m.kind == "method" for m in causes[0]):
         return None
     program = apply(correct_program(reference), causes[0])
@@ -93,11 +97,49 @@ def faults_beside(
     return Beside(causes, tuple(map(BesideCause, found)), own)
 
 
-def _incomplete(x: Evidence) -> list[tuple[Cause, ...]]:
-    """The causes of a conclusion, if they leave an error in some column; otherwise none."""
-    if isinstance(x, Explained) and x.rank == 1 and x.rest is not None:
-        return [h.mistakes for h in (*x.hypotheses, *x.rivals)]
-    return [x.hypothesis.mistakes] if isinstance(x, Direction) else []
+def causes_of(seen: Sequence[Evidence], *, is_incomplete: bool = False) -> list[Causes]:
+    """Return the likeliest causes of the motion among some conclusions; empty if there are none.
+
+    With `is_incomplete`, only causes that leave an error in some column.
+    """
+    for x in seen:
+        if isinstance(x, Explained) and x.rank == 1 and not (is_incomplete and x.rest is None):
+            return [h.mistakes for h in (*x.hypotheses, *x.rivals)]
+        if isinstance(x, Direction):
+            return [x.hypothesis.mistakes]
+    return []
+
+
+def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tuple[Part, ...]]:
+    """Yield the rows without what may contradict the rest of a file; nothing if nothing does.
+
+    A rate is the slope of its angle, whatever the motion is. If this fails in some maneuvers only,
+    they are left out. If it fails in all, but for one angle only, then first its rate is left out,
+    and next the angle is replaced by the integral of the rate.
+    """
+    off = {(m.number, key): x for m in motions for key, x in m.inconsistencies().items()}
+    ranked = sorted(off, key=lambda place: -off[place])
+    count = next(
+        (i for i in range(1, len(ranked)) if off[ranked[i - 1]] > BY_FAR * off[ranked[i]]), 0
+    )
+    numbers, keys = {n for n, _ in ranked[:count]}, {key for _, key in ranked[:count]}
+    parts = tuple(m.part for m in report.maneuvers)
+    if 0 < len(numbers) < len(parts):
+        yield tuple(part for part in parts if part.number not in numbers)
+    elif len(keys) == 1:
+        (rate,) = keys
+        yield tuple(part.only(part.values.keys() - keys) for part in parts)
+        yield tuple(_with_integral(part, rate) for part in parts)
+
+
+def _with_integral(part: Part, rate: str) -> Part:
+    """The rows with an angle that is the integral of its rate, from the upright start."""
+    angle = LATERAL_ANGLES[rate]
+    whole = part.at(np.isfinite(part.values[rate]))
+    values = {**whole.values, angle: integral(whole.time, whole.values[rate])}
+    lo = {key: x for key, x in whole.lo.items() if key != angle}
+    units = {key: x for key, x in whole.units.items() if key not in (angle, rate)}
+    return replace(whole, values=values, lo=lo, units=units)
 
 
 def _compared_with(

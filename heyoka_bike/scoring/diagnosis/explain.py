@@ -24,14 +24,7 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.scoring.diagnosis.search import (
-    OF_MODEL,
-    OF_PROPOSED,
-    OF_WHAT_IS_WRITTEN,
-    SEARCH,
-    Causes,
-    Search,
-)
+from heyoka_bike.scoring.diagnosis.search import EVERYTHING, OF_MODEL, Plan, Search
 from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
@@ -92,21 +85,20 @@ class Diagnosis:
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    only_output: bool = False, asks_for_edit: bool = True, proposed: Sequence[Causes] = (),
+    plan: Plan = EVERYTHING, asks_for_edit: bool = True,
     progress: Callable[[float], None] = lambda _: None, deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    With `only_output`, only mistakes of the output are tried. With `asks_for_edit`, an offset or a
-    ratio of a column is also looked for, together with a wrong value. With `proposed`, only these
-    causes are tried, without the equations along the file's motion. `progress` is called with the
+    The `plan` says which causes are tried. With `asks_for_edit`, an offset or a ratio of a column
+    is also looked for, together with a wrong value. `progress` is called with the
     fraction of the work that is done, 0 to 1. At the `deadline` the search ends, and the causes
     found so far are compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < FEWEST_ROWS:
         return Diagnosis((), 0)
-    library = () if only_output or proposed else OF_MODEL
+    library = OF_MODEL if plan.asks_equations else ()
     try:
         with step_log.logged(_MOTION) as log:
             file = FileUnderTest(
@@ -118,12 +110,11 @@ def explain(
     progress(_SHARE_OF_EQUATIONS)
     if file.edit is not None:
         return Diagnosis((), file.tried, file.residual, edit=file.edit)
-    search = Search(file, is_thorough=deadline.is_thorough, proposed=proposed)
+    search = Search(file, is_thorough=deadline.is_thorough, proposed=plan.proposed)
     residual, is_whole = file.residual, True
-    steps = OF_PROPOSED if proposed else OF_WHAT_IS_WRITTEN if only_output else SEARCH
     try:
         rest = 1.0 - _SHARE_OF_EQUATIONS
-        search.carry_out(steps, lambda share: progress(_SHARE_OF_EQUATIONS + rest * share))
+        search.carry_out(plan.steps, lambda share: progress(_SHARE_OF_EQUATIONS + rest * share))
     except BudgetSpentError:
         # The time limit has been reached. Continue with the hypotheses that were judged before it.
         is_whole = False
@@ -131,7 +122,7 @@ def explain(
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
-        ended = is_whole and not only_output and search.stops_at_unknown_force
+        ended = is_whole and plan is EVERYTHING and search.stops_at_unknown_force
         return Diagnosis((), tried, residual, is_whole=is_whole, stops_at_unknown_force=ended)
     best, usual = classes[0][0], file.right.understood
     if not (is_whole or ends_search(best, residual)):

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Alignment
+from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
-from heyoka_bike.scoring.diagnosis.beside import Beside, faults_beside
+from heyoka_bike.scoring.diagnosis.beside import Beside, causes_of, consistent_parts, faults_beside
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.conclusions import (
     Explained,
@@ -27,7 +27,15 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.search import Causes
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.search import (
+    EVERYTHING,
+    ONLY_EQUATIONS,
+    ONLY_OUTPUT,
+    Causes,
+    Plan,
+    again,
+)
 from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
@@ -76,6 +84,8 @@ class Answer:
         False if the time limit was reached before every cause was tried.
     edit : ColumnRatio or None
         An offset or a ratio of a column that must be undone before the diagnosis continues.
+    residual : Residual or None
+        Residual of the equations of motion; None if the file does not show its motion.
     """
 
     report: Report
@@ -84,6 +94,7 @@ class Answer:
     curves: tuple[Curve, ...] = ()
     is_whole: bool = True
     edit: ColumnRatio | None = None
+    residual: Residual | None = None
 
 
 @dataclass(eq=False)
@@ -140,10 +151,10 @@ class Pursuit:
             self.seen += undone.seen
             self.answer = Answer(self.view, ())
             return
-        rest = scored(Alignment(self.view.file, parts, ()), self.reference)
+        rest = self.scored(parts)
         before, left = worst(self.view), worst(rest)
         if any(self._may_be_known(x) for x in undone.seen):
-            known = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
+            known = self.of_columns(BENCHMARK_COLUMNS, ONLY_OUTPUT)
             if any(_is_mistake(x) and _leaves_nothing(x) for x in known.seen[:1]):
                 self.answer = known
                 return
@@ -158,21 +169,22 @@ class Pursuit:
         is_one_clock = isinstance(x, OtherClock) and x.maneuver is None
         return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
 
-    def of_motion(self, proposed: Sequence[Causes] = ()) -> Answer:
-        """Find the cause of the remaining errors by simulating the motions of programs.
+    def scored(self, parts: Sequence[Part]) -> Report:
+        """Compare rows of the file with the exact motion."""
+        return scored(Alignment(self.view.file, tuple(parts), ()), self.reference)
 
-        With `proposed`, only these causes are tried.
-        """
+    def of_motion(self, plan: Plan = EVERYTHING) -> Answer:
+        """Find the cause of the remaining errors by simulating the motions of programs."""
         report = self.view
         unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
         # If the definition of a column is unknown, its error is no evidence about the program.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
-        found = self.of_columns(keys, proposed=proposed)
+        found = self.of_columns(keys, plan)
         if found.edit is not None:
             return found
         if unknown and found.cause is None:
             # A mistake of the output may explain the columns with unknown definitions.
-            other = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
+            other = self.of_columns(BENCHMARK_COLUMNS, ONLY_OUTPUT)
             if any(_is_mistake(x) for x in other.seen[:1]):
                 self.explained |= unknown
                 return other
@@ -187,14 +199,8 @@ class Pursuit:
             return replace(found, seen=(*more, _right(report, keys)))
         return replace(found, seen=(*found.seen, *more))
 
-    def of_columns(
-        self, keys: Sequence[str], *, only_output: bool = False, proposed: Sequence[Causes] = ()
-    ) -> Answer:
-        """Find the cause of errors in these columns.
-
-        With `only_output`, only mistakes of the output are tried; with `proposed`, only these
-        causes.
-        """
+    def of_columns(self, keys: Sequence[str], plan: Plan = EVERYTHING) -> Answer:
+        """Find the cause of errors in these columns, among the causes of a plan."""
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
@@ -217,11 +223,11 @@ class Pursuit:
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the other columns are written wrongly.
-        only_output = only_output or visible_faults.columns_apart(asked) is not None
+        if visible_faults.columns_apart(asked) is not None:
+            plan = ONLY_OUTPUT
         found = explain(
-            parts, self.reference, simulator=self.simulator, only_output=only_output,
-            asks_for_edit=self.asks_for_edit, proposed=proposed, progress=self.progress,
-            deadline=self.deadline,
+            parts, self.reference, simulator=self.simulator, plan=plan,
+            asks_for_edit=self.asks_for_edit, progress=self.progress, deadline=self.deadline,
         )  # fmt: skip
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
@@ -231,7 +237,7 @@ class Pursuit:
         cause = first if found.curves and isinstance(first, _SHOWN) else None
         if elsewhere is not None and not _is_of_starts(first):
             seen = (*seen, elsewhere)
-        return Answer(report, seen, cause, found.curves, found.is_whole)
+        return Answer(report, seen, cause, found.curves, found.is_whole, residual=found.causes)
 
     def whole_answer(self, end: Answer) -> Answer:
         """Combine the last answer with the evidence of the faults that were undone before it."""
@@ -279,8 +285,25 @@ def _end_of(pursuit: Pursuit) -> Answer:
         pursuit.undo(without_ratio(pursuit.view, end.edit))
         pursuit.asks_for_edit = False
         end = pursuit.answer or pursuit.of_motion()
-    beside = faults_beside(end.seen, pursuit.view, pursuit.reference, pursuit.simulator)
+    if causes_of(end.seen):
+        causes = causes_of(end.seen, is_incomplete=True)
+    else:
+        causes = _by_consistent_rows(pursuit, end)
+    beside = faults_beside(causes, pursuit.view, pursuit.reference, pursuit.simulator)
     return end if beside is None else _with_faults(pursuit, end, beside)
+
+
+def _by_consistent_rows(pursuit: Pursuit, end: Answer) -> list[Causes]:
+    """Find causes without the rows or the rate that contradict the rest of the file."""
+    motions = () if end.residual is None else end.residual.motions
+    before, causes = pursuit.view, []
+    for parts in consistent_parts(before, motions):
+        pursuit.view = pursuit.scored(parts)
+        causes = causes_of(pursuit.of_motion(ONLY_EQUATIONS).seen)
+        if causes:
+            break
+    pursuit.view = before
+    return causes
 
 
 def _with_faults(pursuit: Pursuit, end: Answer, beside: Beside) -> Answer:
@@ -289,13 +312,13 @@ def _with_faults(pursuit: Pursuit, end: Answer, beside: Beside) -> Answer:
     If the causes do not explain those rows, the answer remains as it is.
     """
     before = pursuit.view
-    pursuit.view = scored(Alignment(before.file, beside.parts, ()), pursuit.reference)
-    again = pursuit.of_motion(beside.causes)
-    if not any(isinstance(x, Explained) for x in again.seen):
+    pursuit.view = pursuit.scored(beside.parts)
+    judged = pursuit.of_motion(again(beside.causes))
+    if not any(isinstance(x, Explained) for x in judged.seen):
         pursuit.view = before
         return end
     pursuit.seen += beside.seen
-    return again
+    return judged
 
 
 def _is_mistake(seen: Evidence) -> bool:

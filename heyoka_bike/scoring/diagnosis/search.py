@@ -84,8 +84,8 @@ class Search:
         others.
     is_thorough
         True to continue even if the file shows a force that no single cause explains.
-    proposed : sequence of tuple of Cause
-        Causes that were found before faults of the rows were corrected.
+    proposed : sequence of Causes
+        See `Plan`.
     """
 
     file: FileUnderTest
@@ -542,3 +542,36 @@ OF_PROPOSED = (
     ),
 )
 """The only step of a search among causes that were found before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The steps of a search.
+
+    Attributes
+    ----------
+    steps : tuple of Trial
+    asks_equations
+        False if the equations along the file's own motion are not needed.
+    proposed : sequence of Causes
+        The only causes that are tried; empty to try all.
+    """
+
+    steps: tuple[Trial, ...]
+    asks_equations: bool = True
+    proposed: Sequence[Causes] = ()
+
+
+EVERYTHING = Plan(SEARCH)
+"""The whole search."""
+
+ONLY_EQUATIONS = Plan(tuple(x for x in SEARCH if x.name == "equations"))
+"""A short search among the causes that the equations of motion show."""
+
+ONLY_OUTPUT = Plan(OF_WHAT_IS_WRITTEN, asks_equations=False)
+"""A search for mistakes of the output of a correct program."""
+
+
+def again(causes: Sequence[Causes]) -> Plan:
+    """Return the plan to judge causes that were found before faults of the rows were corrected."""
+    return Plan(OF_PROPOSED, asks_equations=False, proposed=causes)

@@ -110,12 +110,17 @@ class Observed:
 
     def inconsistency(self) -> float:
         """Return the difference between rates and slopes of angles, relative to the rates."""
-        rates = np.array([self.windows @ self.state[key] for key in ("roll_rate", "steer_rate")])
+        return max(self.inconsistencies().values())
+
+    def inconsistencies(self) -> dict[str, float]:
+        """Return the difference of each rate from the slope of its angle, relative to the rate."""
+        rates = np.array([self.windows @ self.state[key] for key in LATERAL_ANGLES])
         least = float(np.finfo(np.float64).tiny)
         size = np.sqrt(np.mean(rates**2, axis=1)) + least
         off = np.sqrt(np.mean(self.kinematic**2, axis=1))
         known = np.median(self.kinematic_uncertain, axis=1)
-        return float(np.max(np.maximum(off, known) / size))
+        found = np.maximum(off, known) / size
+        return dict(zip(LATERAL_ANGLES, found.tolist(), strict=True))
 
 
 def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
@@ -285,7 +290,7 @@ def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tup
     return slope, np.hypot(slope - lower, rounding)
 
 
-def _integral(time: Array, x: Array) -> Array:
+def integral(time: Array, x: Array) -> Array:
     """Return the integral from the first row to each row."""
     powers = np.arange(1, _LOWER_DEGREE + 2)
     local = local_polynomials(time, x, _LOWER_DEGREE)[:-1] / powers
@@ -315,14 +320,14 @@ def _default_definitions(
             y = state_vector(equations, state.__getitem__)
             own = equations.columns(y)
             found = {**own, **following(own, parameters)}
-        yaw = _integral(time, np.nan_to_num(found["yaw_rate"]))
+        yaw = integral(time, np.nan_to_num(found["yaw_rate"]))
         if is_default:
             return {**state, "yaw": yaw}
         off = {k: columns[k] - found[names[k]] for k in columns} | {"yaw": yaw - state["yaw"]}
         if "forward_speed" not in columns:
             with np.errstate(all="ignore"):
                 rate = np.nan_to_num(equations.rates(y[:6])[5] * equations.k.length)
-            off["forward_speed"] = speed + _integral(time, rate) - state["forward_speed"]
+            off["forward_speed"] = speed + integral(time, rate) - state["forward_speed"]
         apart = float(np.max(np.abs([*off.values()])))
         state |= {k: state[k] + np.nan_to_num(x) for k, x in off.items()}
         if apart < converged:

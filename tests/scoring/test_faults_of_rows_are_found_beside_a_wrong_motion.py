@@ -1,0 +1,105 @@
+"""A wrong value in the model and a fault of the rows in one file are both named.
+
+The motions are integrated by SciPy with a changed parameter, and then one fault is made in the
+rows. The exact motion does not show such a fault, but the motion with the wrong value does.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from generators.mistaken_programs import correct, motion
+from generators.published_columns import side_by_side
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+
+TIME = np.arange(401) / 40
+# Change of the roll inertia of the rear frame [kg m2].
+WRONG = {"IBxx": "0.8"}
+
+
+def columns(reference, time=TIME):
+    """Return the columns of each maneuver with the wrong value."""
+    program = correct(reference)
+    right = program.motion.bicycle.values
+    wrong = {s: Exact(right[s].rational + Fraction(x)) for s, x in WRONG.items()}
+    bicycle = Bicycle("wrong", {**right, **wrong})
+    found = {}
+    for n, start in program.motion.starts.items():
+        made = motion(bicycle, (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed), time)
+        found[n] = {key: made[key] for key in KEYS}
+    return found
+
+
+def unsigned(table):
+    for of in table.values():
+        of["steer_rate"] = np.abs(of["steer_rate"])
+    return {"unsigned_column": [1, 2, 3]}
+
+
+def in_degrees(table):
+    table[3]["roll_rate"] = np.degrees(table[3]["roll_rate"])
+    return {"column_ratio": [3]}
+
+
+def averaged(table):
+    for of in table.values():
+        of["steer_angle"] = np.convolve(np.pad(of["steer_angle"], 3, mode="edge"), np.ones(7) / 7,
+                                        "valid")  # fmt: skip
+    return {"smoothed_columns": None}
+
+
+def exchanged(table):
+    of = table[2]
+    of["roll_rate"], of["steer_rate"] = of["steer_rate"], of["roll_rate"]
+    return {"other_column": [2]}
+
+
+def mirrored(table):
+    table[2] |= {key: -table[2][key] for key in LATERAL}
+    return {"mirrored": [2]}
+
+
+def late(table):
+    for key, x in table[1].items():
+        table[1][key] = np.r_[x[0], x[:-1]]
+    return {"other_clock": None}
+
+
+def of_another(table):
+    table[2]["potential_energy"] = table[1]["potential_energy"].copy()
+    return {"column_of_another_maneuver": None}
+
+
+EVERY = (unsigned, in_degrees, averaged, exchanged, mirrored, late, of_another)
+
+
+def named(table, reference):
+    """Return codes with maneuvers, and the fitted values of the likeliest cause."""
+    said = diagnose(side_by_side(table, TIME), reference).diagnosis
+    (cause,) = (f for f in said if f.code == "parameters")
+    assert cause.evidence["is_all"]
+    found = {x["unknown"]: x["value"] for x in cause.evidence["changes"][0]}
+    return {f.code: f.evidence.get("maneuvers") for f in said if f is not cause}, found
+
+
+@pytest.mark.parametrize(
+    "fault", [unsigned, *(pytest.param(f, marks=pytest.mark.proof) for f in EVERY[1:])]
+)
+def test_both_are_named(fault, reference):
+    table = columns(reference)
+    expected = fault(table)
+    codes, values = named(table, reference)
+    assert codes == expected
+    assert list(values) == ["IBxx"]
+    assert values["IBxx"] == pytest.approx(10.0, abs=1e-4)
+
+
+def test_no_fault_is_seen_beside_a_wrong_value_alone(reference):
+    codes, values = named(columns(reference), reference)
+    assert not codes
+    assert list(values) == ["IBxx"]
