@@ -111,7 +111,7 @@ def answers(
     if isinstance(whole, ColumnsApart):
         # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
-    energies = tuple(_energies(diagnosis.causes, report))
+    energies = _energies(diagnosis.causes, report)
     if is_integrator and whole is integrator:
         return (*first, *energies, whole)
     if whole is not None:
@@ -210,11 +210,12 @@ def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
         yield _left(causes)
 
 
-def _energies(causes: Residual | None, report: Report) -> Iterator[EnergyOfOtherMotion]:
-    """Yield energies that do not belong to the file's motion, if no force is missing in it."""
-    if causes is not None and shows_equations(causes) and not causes.is_open:
-        equations = Equations.binary64(causes.program.motion.bicycle)
-        yield from of_other_motions(report, causes.motions, equations)
+def _energies(causes: Residual | None, report: Report) -> tuple[EnergyOfOtherMotion, ...]:
+    """Energies that do not belong to the file's motion; none if a force is missing in it."""
+    if causes is None or not shows_equations(causes) or causes.is_open:
+        return ()
+    equations = Equations.binary64(causes.program.motion.bicycle)
+    return tuple(of_other_motions(report, causes.motions, equations))
 
 
 def _left(causes: Residual) -> LeftOfEquations:
