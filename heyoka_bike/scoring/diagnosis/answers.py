@@ -112,7 +112,7 @@ def answers(
         # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
     energies = _energies(diagnosis.causes, report)
-    if is_integrator and whole is integrator:
+    if isinstance(whole, Integrator):
         return (*first, *energies, whole)
     if whole is not None:
         return (*first, whole, nothing)
