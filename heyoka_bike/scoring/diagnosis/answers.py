@@ -131,9 +131,11 @@ def answers(
     if forces or described:
         # The first rows say less than the equations do.
         shape = tuple(x for x in shape if not isinstance(x, BeginsAs))
-    if any(isinstance(x, RoughError) and x.are_all for x in shape):
-        # Noise changes the first row, too.
+    noise = tuple(x for x in shape if isinstance(x, RoughError) and x.are_all)
+    if noise:
+        # Noise also changes the first row, the energy, and the accelerations.
         first = tuple(x for x in first if not isinstance(x, AnotherStart))
+        shape, described = noise, ()
     # Report a method that only resembles the error last.
     nearest = () if integrator is None else (integrator,)
     told = (*energies, *yields, *forces, *described)
