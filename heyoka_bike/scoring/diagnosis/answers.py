@@ -135,10 +135,10 @@ def answers(
     if noise:
         # Noise also changes the first row, the energy, and the accelerations.
         first = tuple(x for x in first if not isinstance(x, AnotherStart))
-        shape, described = noise, ()
+        shape, described = (), ()
     # Report a method that only resembles the error last.
     nearest = () if integrator is None else (integrator,)
-    told = (*energies, *yields, *forces, *described)
+    told = (*energies, *yields, *forces, *noise, *described)
     if not (told or first):
         return (nothing, *shape, *nearest)
     general = tuple(x for x in shape if isinstance(x, SmoothError))
