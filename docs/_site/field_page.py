@@ -291,15 +291,19 @@ def claim(programs):
 
 
 def _claimed(found):
-    """The claim in one sentence, with how far they are off."""
+    """The claim, with the largest errors."""
     said = (
-        f"{len(found.blind)} of {found.programs} programs have a run that passes eq. (1) in all "
-        f"three maneuvers and is wrong by more than 0.1 % of a column's largest value. The error "
-        f"reaches {found.most:.2g} %"
+        f"Of {found.programs} programs, {len(found.blind)} have at least one run that passes "
+        "eq. (1) in all three maneuvers, although a column is wrong by more than 0.1 % of its "
+        "largest value. "
     )
     if found.between > found.most:
-        said += f", and {found.between:.2g} % in rows that are interpolated between steps"
-    return said
+        return said + (
+            f"The largest of these errors is {found.between:.2g} %, in a run whose rows are "
+            "interpolated between its steps by a dense output. Without the runs of this kind, the "
+            f"largest error is {found.most:.2g} %."
+        )
+    return said + f"The largest of these errors is {found.most:.2g} %."
 
 
 def passing(programs):
@@ -307,18 +311,19 @@ def passing(programs):
     named = "; ".join(f"{name} {_among(errors)}" for name, errors in found.blind.items())
     typical = [p.name for p in programs if p.program and p.default and is_blind(p.default)]
     told = f" At default settings: {'; '.join(typical)}." if typical else ""
-    return f"{_claimed(found)}: {named}.{told} {_range(found)}"
+    return f"{_claimed(found)} The errors by program: {named}.{told} {_range(found)}"
 
 
 def readme_claim(programs):
     found = claim(programs)
-    return f"{_claimed(found)} ([compared software](docs/field.md)). {_range(found)}"
+    where = "[Compared software](docs/field.md) names the programs."
+    return f"{_claimed(found)} {where} {_range(found)}"
 
 
 def _range(found):
     return (
-        f"In {len(found.alike)} runs, the largest eq. (1) of the three maneuvers is between 1e-5 "
-        "and 1e-4 %. These runs have "
+        f"In {len(found.alike)} runs, the largest value of eq. (1) in the three maneuvers is "
+        "between 1e-5 and 1e-4 %. These runs have "
         f"{one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} correct digits."
     )
 
