@@ -190,3 +190,14 @@ def test_digits_limit_a_column_only_if_they_do_in_every_maneuver(reference, tmp_
     np.savetxt(path, table, fmt="%.9e", delimiter=",", header=",".join(columns), comments="")
     (found,) = [x for x in score(path, reference).seen if isinstance(x, FewDigits)]
     assert found.keys == ("roll_rate",)
+
+
+def test_a_constant_near_a_single_precision_number_shows_no_precision(tmp_path, reference):
+    """One number in ten with nine digits is near one, so a single number shows nothing."""
+    near = float(f"{float(np.float32(1581.28)):.9g}")
+    path = tmp_path / "constant.csv"
+    time = np.arange(101) / 10
+    rows = "\n".join(f"{t:g},{near:.9g}" for t in time)
+    path.write_text(f"time,m1_mechanical_energy\n{rows}\n")
+    (m,) = score(path, reference).maneuvers
+    assert m.part.quantum["mechanical_energy"].base == 10

@@ -128,6 +128,8 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
+    if forces:
+        first = (*visible_faults.other_heights(report), *first)
     if forces or described:
         # The first rows say less than the equations do.
         shape = tuple(x for x in shape if not isinstance(x, BeginsAs))

@@ -48,8 +48,8 @@ def scale_words(error: float, key: str) -> str:
 def relief_words(relief: float) -> str:
     """Say by which factor a simulation with a cause is nearer to a file than the exact motion."""
     return (
-        "Compared with a simulation of this, the error of the file is smaller by a factor of "
-        f"{short_number(relief, 1)}"
+        f"A simulation with this agrees with the file {short_number(relief, 1)} times better than "
+        "the exact motion does"
     )
 
 
@@ -106,8 +106,13 @@ def _value_words(x: FittedValue) -> str:
     if after == right:
         # The value differs by less than its uncertainty shows.
         after = f"{x.value:.10g}"
-    unit = _ONE_PER.sub(r"\1/\2", UNIT_OF_VALUE[x.name])
-    return f"{_name_words(x)} is {after} {unit}{within} instead of {right}"
+    return f"{_name_words(x)} is {after} {_unit_words(x.name)}{within} instead of {right}"
+
+
+def _unit_words(name: str) -> str:
+    """The unit of a value; of a torsional stiffness with its radian, which is 1 in SI."""
+    unit = _ONE_PER.sub(r"\1/\2", UNIT_OF_VALUE[name])
+    return f"{unit}/rad" if name in ("steer_stiffness", "roll_stiffness") else unit
 
 
 def _name_words(x: FittedValue) -> str:

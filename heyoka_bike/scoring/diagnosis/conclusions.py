@@ -37,6 +37,7 @@ _CHECK_FORCES = (
     "The only applied force of the benchmark is gravity. Check which other forces your program "
     "applies, by default or in its joints, and that its equations have all terms"
 )
+_CHECK_TERMS = "Check that the equations of your program have all terms"
 _ABOUT_STARTS = (
     ". If the initial velocities violate rolling, the nearest ones that satisfy it are simulated "
     "(nearest in kinetic energy)"
@@ -93,13 +94,12 @@ class Explained(Evidence):
             "" if self.rest is None else "looks like: "
         )
         text = f"{begins}{said}"
-        text = f"{text[0].upper()}{text[1:]}. {self._proof()}"
+        text = f"{text[0].upper()}{text[1:]}. {self._proof()}. {self._advice()}"
         if self.rest is not None:
             text += f". {_rest_words(first, self.rest)}"
         if self.rivals:
             near = "; or ".join(mistakes_words(h.mistakes) for h in self.rivals)
             text += f". Nearly as much is explained by: {near}"
-        text = f"{text}. {self._advice()}"
         if others:
             same = "; or ".join(
                 mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
@@ -157,8 +157,12 @@ class Explained(Evidence):
     def _advice(self) -> str:
         """Say what to check in the program."""
         first = self.hypotheses[0]
-        if any(x.name in FORCES for x in first.found):
-            return _CHECK_FORCES
+        forces = {x.name for x in first.found} & FORCES.keys()
+        if forces:
+            if all(name.startswith("side_") for name in forces):
+                return "Check the sideways coordinates of the centres of mass"
+            is_of_terms = all(FORCES[name].is_part for name in forces)
+            return _CHECK_TERMS if is_of_terms else _CHECK_FORCES
         if self.as_given:
             return (
                 f"But the first row has {' and '.join(self.as_given)} as given, and the motion "
@@ -195,8 +199,8 @@ class BesideCause(Evidence):
 
     def message(self) -> str:
         return (
-            f'{self.fault.message()}. Here "exact" and "correct" stand for the motion with the '
-            "next cause"
+            f"{self.fault.message()}. This finding compares the file with the motion of the next "
+            "cause, not with the exact motion"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -462,11 +466,11 @@ class ForceUnexplained(Evidence):
             "The remaining error is larger than an integrator's. It is a nonlinear effect of this "
             "mistake, or it has another cause"
             if self.is_beside
-            else "The program has a force or a term too many, or lacks one, or its constraints "
-            "drift, slip or yield. No known cause explains the error"
+            else "No known cause explains the error. A force or a term may be added or missing, a "
+            "length may be wrong, or a constraint may drift, slip or yield"
         )
         said = (
-            f"{what}. It acts most in the equation of {self.left.acts_in}: look there first. "
+            f"{what}. The error is largest in the {self.left.acts_in} equation: look there first. "
             f"Accelerations are off by {share_words(shares['roll'])} (roll) and "
             f"{share_words(shares['steer'])} (steer)"
         )
@@ -553,7 +557,7 @@ class NoCauseFound(Evidence):
         size = f"{scale_words(self.max_rel_error, self.key)}, in maneuver {self.maneuver}"
         tried = f"{self.tried} mistakes and combinations were tried"
         if has_right_digits(self.max_rel_error):
-            said = f"The largest error is only {size}. No known mistake explains it: {tried}"
+            said = f"The largest error is only {size}. It is none of the known mistakes: {tried}"
         else:
             said = f"No known mistake explains the error: {tried}. The largest error is {size}"
         if self.are_equations_met:

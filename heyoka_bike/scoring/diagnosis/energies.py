@@ -30,6 +30,7 @@ from heyoka_bike.scoring.grades import (
 )
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.noise import roughness
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import floor_of
@@ -212,7 +213,7 @@ def of_other_motions(
 
     The potential and kinetic energy are functions of the state. The errors of the state in the file
     change these functions, whatever causes them. A column must differ from the energy of the file's
-    state far more than that energy differs from the exact one.
+    state far more than that energy differs from the exact one. Noise of a column does not count.
     """
     off = {}
     for motion in motions:
@@ -225,7 +226,10 @@ def of_other_motions(
             _, here, there = np.intersect1d(c.trace.time, motion.time, return_indices=True)
             apart = c.trace.value[here] - own[key][there]
             shown = own[key][there] - c.trace.reference[here]
-            if rms(apart) > CLEARLY * max(rms(shown), MAX_ROUNDING_FLOORS * floor_of(c)):
+            is_noise = 2.0 * roughness(apart).size > rms(apart)
+            if not is_noise and rms(apart) > CLEARLY * max(
+                rms(shown), MAX_ROUNDING_FLOORS * floor_of(c)
+            ):
                 off[m.maneuver, key] = float(np.max(np.abs(apart)))
     for key, of in grouped((key, n) for n, key in off).items():
         yield EnergyOfOtherMotion(key, tuple(of), max(off[n, key] for n in of))

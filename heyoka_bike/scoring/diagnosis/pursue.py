@@ -3,6 +3,7 @@
 A fault that a source finds in the rows is reported as a cause and undone. The corrected rows are
 diagnosed like any file: by the next sources, and at last by the search among simulated motions. So
 a mistake of the model is also found in a file with, for example, a rate computed by differences.
+Faults that show only in comparison with the wrong motion are looked for at the end, see `beside`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
-from heyoka_bike.scoring.diagnosis.beside import Beside, causes_of, consistent_parts, faults_beside
+from heyoka_bike.scoring.diagnosis.beside import causes_of, consistent_parts, faults_beside
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.conclusions import (
     Explained,
@@ -120,7 +121,8 @@ class Pursuit:
     asks_for_edit
         False after an edit was found, see `explain`.
     answer : Answer or None
-        The end of the diagnosis, once it is reached.
+        The end of the diagnosis, once it is reached, or the answer before faults beside a cause are
+        looked for.
     """
 
     root: Report
@@ -199,6 +201,14 @@ class Pursuit:
             return replace(found, seen=(*more, _right(report, keys)))
         return replace(found, seen=(*found.seen, *more))
 
+    def of_rows(self, parts: Sequence[Part], plan: Plan) -> Answer:
+        """Find the cause of the errors of other rows, see `of_motion`; the view stays."""
+        before, self.view = self.view, self.scored(parts)
+        try:
+            return self.of_motion(plan)
+        finally:
+            self.view = before
+
     def of_columns(self, keys: Sequence[str], plan: Plan = EVERYTHING) -> Answer:
         """Find the cause of errors in these columns, among the causes of a plan."""
         report = self.view
@@ -269,7 +279,7 @@ def pursue(
     try:
         end = _end_of(pursuit)
     except BudgetSpentError:
-        end = Answer(pursuit.view, (), is_whole=False)
+        end = replace(pursuit.answer or Answer(pursuit.view, ()), is_whole=False)
     return pursuit.whole_answer(end)
 
 
@@ -285,40 +295,30 @@ def _end_of(pursuit: Pursuit) -> Answer:
         pursuit.undo(without_ratio(pursuit.view, end.edit))
         pursuit.asks_for_edit = False
         end = pursuit.answer or pursuit.of_motion()
+    # If the time limit is reached from here on, this answer remains.
+    pursuit.answer = end
     if causes_of(end.seen):
         causes = causes_of(end.seen, is_incomplete=True)
     else:
         causes = _by_consistent_rows(pursuit, end)
     beside = faults_beside(causes, pursuit.view, pursuit.reference, pursuit.simulator)
-    return end if beside is None else _with_faults(pursuit, end, beside)
+    if beside is None:
+        return end
+    judged = pursuit.of_rows(beside.parts, again(beside.causes))
+    if not any(isinstance(x, Explained) for x in judged.seen):
+        # The causes do not explain the rows without these faults.
+        return end
+    pursuit.seen += beside.seen
+    return judged
 
 
 def _by_consistent_rows(pursuit: Pursuit, end: Answer) -> list[Causes]:
     """Find causes without the rows or the rate that contradict the rest of the file."""
     motions = () if end.residual is None else end.residual.motions
-    before, causes = pursuit.view, []
-    for parts in consistent_parts(before, motions):
-        pursuit.view = pursuit.scored(parts)
-        causes = causes_of(pursuit.of_motion(ONLY_EQUATIONS).seen)
-        if causes:
-            break
-    pursuit.view = before
-    return causes
-
-
-def _with_faults(pursuit: Pursuit, end: Answer, beside: Beside) -> Answer:
-    """Judge the causes of an answer again by the rows without some faults; report both.
-
-    If the causes do not explain those rows, the answer remains as it is.
-    """
-    before = pursuit.view
-    pursuit.view = pursuit.scored(beside.parts)
-    judged = pursuit.of_motion(again(beside.causes))
-    if not any(isinstance(x, Explained) for x in judged.seen):
-        pursuit.view = before
-        return end
-    pursuit.seen += beside.seen
-    return judged
+    for parts in consistent_parts(pursuit.view, motions):
+        if causes := causes_of(pursuit.of_rows(parts, ONLY_EQUATIONS).seen):
+            return causes
+    return []
 
 
 def _is_mistake(seen: Evidence) -> bool:

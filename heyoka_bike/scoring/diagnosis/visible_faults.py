@@ -321,11 +321,19 @@ def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
-def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
+def other_heights(report: Report) -> tuple[AnotherStart, ...]:
+    """Find first rows with a visibly wrong potential energy: a wrong mass or length shows there."""
+    found = _other_starts(report.maneuvers, ("potential_energy",))
+    return tuple(x for x in found if x.is_visible)
+
+
+def _other_starts(
+    maneuvers: Sequence[ManeuverScore], keys: Collection[str] = _GIVEN
+) -> Iterator[AnotherStart]:
     """Find first rows whose roll rate or speed differs from the given initial value."""
     for m in maneuvers:
         for c in m.columns:
-            if c.key not in _GIVEN or not c.values or not c.is_known or c.trace.time[0] != 0.0:
+            if c.key not in keys or not c.values or not c.is_known or c.trace.time[0] != 0.0:
                 continue
             given, here = float(c.trace.reference[0]), float(c.trace.value[0])
             # A wrong motion does not show how a column is defined, so try all definitions.

@@ -196,8 +196,8 @@ class RateContradiction(Evidence):
     def message(self) -> str:
         return (
             f"{maneuvers(self.maneuvers).capitalize()}: {self.key} is not the derivative of its "
-            f"own angle: they differ by up to {self.rms_difference:.2g} rad/s (root mean square). "
-            "The angle is much more accurate"
+            f"own angle: the root mean square of their difference is {self.rms_difference:.2g} "
+            "rad/s. The angle is closer to the exact motion"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
-from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 
 _PART_OF_A_ROW = 0.05
 """Smallest shift, in rows, that the message also states in rows."""
@@ -97,6 +97,7 @@ class SingleRows(Evidence):
     Attributes
     ----------
     key
+        Key of the column; empty if whole rows repeat the row before.
     maneuvers : tuple of int
     rows
         Number of these rows.
@@ -122,6 +123,9 @@ class SingleRows(Evidence):
         else:
             what = "repeat the row before them" if self.is_held else "do not fit their neighbours"
             said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
+        if not self.key:
+            where = maneuvers(self.maneuvers).capitalize()
+            return f"{where}: in all columns, {said}. Check when your program writes a row"
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Check how this column is written "
             "or measured there"
@@ -322,11 +326,14 @@ class ColumnRatio(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
+        where = f"{self.key} of {maneuvers(self.maneuvers)}"
+        if abs(self.factor + 1.0) < RIGHT and not self.offset:
+            return f"{where} has the opposite sign. Check how this column is computed and written"
         times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
         more = "" if not self.offset else f" {'+-'[self.offset < 0]} {abs(self.offset):.6g} (SI)"
         unit = f", as if in {unit_text(self.unit)}" if self.unit else ""
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} is {times}the exact value{more}{unit}. "
+            f"{where} is {times}the exact value{more}{unit}. "
             "Check how this column is computed and written"
         )
 
@@ -489,8 +496,8 @@ class EnergyOfOtherMotion(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} does not belong to the motion in the file. "
-            f"It differs from the energy of the file's own angles, rates and speed by up to "
+            f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. It "
+            "differs from the energy computed from the file's angles, rates and speed by up to "
             f"{self.off:.2g} J, far more than the errors of these columns explain. Check how it is "
             "computed, and with which masses, lengths and gravity"
         )
@@ -632,8 +639,8 @@ class RowsBetween(Evidence):
         if self.every:
             return (
                 f"Only every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right: "
-                "the rows between were interpolated. Write the integrator's own steps, or its "
-                "dense output"
+                "the rows between were interpolated, or belong to other times. Write the "
+                "integrator's own steps, or its dense output"
             )
         what = "are on straight lines between other rows" if self.order else "repeat the row before"
         where = named(self.keys) if self.keys else "most of its angles and rates"

@@ -26,7 +26,8 @@ BINARY64_DIGITS = 17
 _DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
 # Minimum number of decimal digits that distinguish any two single-precision numbers.
 _SINGLE_DIGITS = 9
-# Minimum number of decimals that show whether a column contains rounded single-precision numbers.
+# Minimum number of different decimals that show whether a column contains rounded single-precision
+# numbers.
 _ENOUGH_SINGLE = 20
 # The numbers of a column show how many digits are written if all of them are this short by chance
 # with a probability below 10 to minus the first value. The second value is the maximum number of
@@ -157,10 +158,11 @@ def are_single(values: Array) -> bool:
 def _are_single_written(values: Array, digits: int) -> bool:
     """True if decimals are single precision numbers, rounded to this many digits.
 
-    With nine digits, one number in ten is near such a number by chance, so many have to be.
+    With nine digits, one number in ten is near such a number by chance, so many different ones have
+    to be.
     """
-    some = values[np.isfinite(values) & (values != np.rint(values))]
-    if len(some) < _ENOUGH_SINGLE:
+    some = np.sort(values[np.isfinite(values) & (values != np.rint(values))])
+    if np.count_nonzero(np.diff(some)) + 1 < _ENOUGH_SINGLE:
         return False
     # A decimal differs from the number it was rounded from by at most half a digit, plus the error
     # of reading it into binary64.

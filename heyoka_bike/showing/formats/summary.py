@@ -108,12 +108,15 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
         return "\n".join([head, "\n\n".join(_filled(f.message) for f in causes)])
     # Always show that a search ended early, because this makes the other findings less certain.
     stops = [_filled(f.message) for f in causes if f.code == StoppedEarly.code]
-    told = [_filled(f.message) for f in causes if f.code != StoppedEarly.code]
+    told = [f for f in causes if f.code != StoppedEarly.code]
+    # `term_unexplained` also says that no known cause explains the error.
+    is_said = any(f.code == "term_unexplained" for f in told)
     shown: list[str] = []
     room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
-    for said in told:
+    for f in told:
+        said = _filled(f.message)
         lines = len(said.split("\n"))
-        if not shown or lines <= room:
+        if not shown or (lines <= room and not (is_said and f.code == "no_mistake_found")):
             shown.append(said)
             room -= lines
     left = len(told) - len(shown)

@@ -212,6 +212,8 @@ def performance_remark(report: Report) -> str:
     found = f"eq. (1), the benchmark's own measure, is {', and '.join(said)}"
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
+    if any(m.meets_limit is False for m in report.maneuvers):
+        return f"{found}. The energy in the file is not constant"
     return (
         f"{found}. Eq. (1) checks only whether the file's own energy stays constant. Angles, rates "
         "and speed may still be wrong"
