@@ -70,8 +70,8 @@ def test_the_variable_and_the_values_are_found(reference, motions, name):
 
 def test_friction_is_said_to_brake(reference, motions):
     said = TorqueLaw(with_torque(reference, motions, *LAWS["friction"][::2]).law).message()
-    assert said.startswith("A torque on the steer axis is there, or missing, that depends on the ")
-    assert "It brakes: a friction" in said
+    assert said.startswith("The program has a torque on the steer axis too many, or lacks one. ")
+    assert "It brakes, as friction does" in said
     said = TorqueLaw(with_torque(reference, motions, *LAWS["play"][::2]).law).message()
     assert "brakes" not in said
 
