@@ -10,6 +10,7 @@ from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, FittedValues
+from heyoka_bike.scoring.ratios import BY_FAR
 
 BY_CODE = {m.code: m for m in MISTAKES}
 MODEL, OUTPUT = BY_CODE["sign_IHxz"], BY_CODE["energy_difference"]
@@ -93,7 +94,7 @@ def test_a_maneuver_that_a_cause_hardly_explains_is_told_beside_it(before, is_to
     third = [p for p in PLACES if p[0] == 3]
     h = hypothesis(dict.fromkeys(PLACES, 5e-4) | dict.fromkeys(third, 0.28), before=1.0)
     h = replace(h, before={**h.before, **dict.fromkeys(third, before)})
-    assert h.relief > 500
+    assert h.relief > BY_FAR
     assert (left_over(h, None) in third) is is_told
 
 
