@@ -10,21 +10,12 @@ Open Scope R_scope.
 Section Bicycle.
 Variable program : list term.
 Variable integers : list Z.
-Variable start : list (Z * Z).
 Local Notation constants := (constants integers).
 Local Notation field := (field program integers).
-Local Notation motion := (motion program integers).
-Local Notation begins := (begins start).
 Local Notation constants_in := (constants_in integers).
 Local Notation rates_of := (rates_of program integers).
 Local Notation missing := (missing program integers).
-Local Notation missing_squares := (missing_squares program integers).
 Local Notation slopes_found := (slopes_found program integers).
-Local Notation check_piece := (check_piece program integers).
-Local Notation distance_in := (distance_in start).
-Local Notation check_chain := (check_chain program integers).
-Local Notation check_start := (check_start start).
-Local Notation check_block := (check_block program integers).
 
 Lemma power_nonzero b : (0 <= b)%Z -> IZR (2 ^ b) <> 0.
 Proof. intros H; apply IZR_neq, Z.pow_nonzero; lia. Qed.

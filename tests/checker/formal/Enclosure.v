@@ -12,13 +12,9 @@ Section Bicycle.
 Variable program : list term.
 Variable integers : list Z.
 Variable start : list (Z * Z).
-Local Notation constants := (constants integers).
 Local Notation field := (field program integers).
 Local Notation motion := (motion program integers).
 Local Notation begins := (begins start).
-Local Notation constants_in := (constants_in integers).
-Local Notation rates_of := (rates_of program integers).
-Local Notation missing := (missing program integers).
 Local Notation missing_squares := (missing_squares program integers).
 Local Notation slopes_found := (slopes_found program integers).
 Local Notation check_piece := (check_piece program integers).

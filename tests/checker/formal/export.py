@@ -183,18 +183,21 @@ def _visit(x: Node, order: dict[Node, None]) -> None:
     order.setdefault(x)
 
 
-def regular(run: Trajectory, t: Fraction) -> list[flint.arb]:
-    """Return the state of a published trajectory in the variables of the regular equations."""
+def regular(run: Trajectory, own: Equations, t: Fraction) -> list[flint.arb]:
+    """Return the state of a published trajectory in the variables of the regular equations.
+
+    `own` are the equations in the variables of the trajectory.
+    """
     state = run.state(t)
     if run.is_regular:
         return state
-    _, speeds = run.equations(Balls(BITS)).unfold(state)
+    _, speeds = own.unfold(state)
     return [*state[:3], speeds.p, speeds.steer_rate, *state[5:]]
 
 
 def taylor(equations: Equations, start: Sequence[flint.arb]) -> list[list[flint.arb]]:
-    """Taylor coefficients of the motion through a state, by variable."""
-    x, equations = [[value.mid()] for value in start], equations.over(AtPoints(BITS))
+    """Taylor coefficients of the motion through a state, by variable, at points."""
+    x = [[value.mid()] for value in start]
     for n in range(1, DEGREE + 1):
         # flint keeps the length of all series in a global.
         flint.ctx.cap = n
@@ -267,7 +270,8 @@ def certificate_file(equations: Equations, run: Trajectory, number: int) -> str:
     frame = Frame(**json.loads(FRAMES.read_text())[f"maneuver {number}"])
     with flint.ctx.workprec(BITS):
         middles = [LENGTH * k + LENGTH / 2 for k in range(PIECES)]
-        motion = [taylor(equations, regular(run, t)) for t in middles]
+        own, points = run.equations(Balls(BITS)), equations.over(AtPoints(BITS))
+        motion = [taylor(points, regular(run, own, t)) for t in middles]
         pieces = [[[rounded(a, GRID) for a in c] for c in piece] for piece in motion]
     values = np.array([[[float(a) / 2**GRID for a in c] for c in piece] for piece in pieces])
     rates = growth(Equations.binary64(equations.bicycle), frame, values)
