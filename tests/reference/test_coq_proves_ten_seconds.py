@@ -1,13 +1,14 @@
-"""Coq proves Theorem 1 for ten seconds of each maneuver, and rejects wrong certificates.
+"""Coq proves Theorem 1 for ten seconds of each maneuver, and compares the published text with it.
 
 The development is in `tests/checker/formal`. Each damage is made in the certificate of maneuver 3,
-cut to three pieces in two blocks, or in the equations.
+cut to three pieces in two blocks, in the equations, or in the lines of the text in these pieces.
 """
 
 import re
 import shutil
 import subprocess
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import mpmath
@@ -17,7 +18,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
-SOURCES = Path(__file__).parents[1] / "checker" / "formal"
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "tests" / "checker" / "formal"
+PUBLISHED = ROOT / "reference" / "uncontrolled-bicycle.txt"
 COMMANDS = re.findall(r"for f in (.*?); do coqc", (SOURCES / "README.md").read_text())
 INSTALL = "apt-get install coq libcoq-interval"
 PROOFS = COMMANDS[0].split()  # these proofs are compiled once for all tests
@@ -27,6 +30,17 @@ Lemma checked : check_start start certified block_0
   && check_block equations integers certified block_0 (Some block_1) = true.
 Proof. vm_cast_no_check (eq_refl true). Qed.
 """
+COMPARED = """From Coq Require Import List.
+Require Import Checks Certificate3 Lines Text.
+Lemma compared : check_text (members block_0 ++ members block_1) 3 lines = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
+"""
+PRINTED = """From Coq Require Import List String.
+Require Import Lines.
+Set Printing Depth 1000000.
+Eval compute in lines.
+"""
+LINES = 19  # lines of the text until 0.1875 s, the end of three pieces
 # The axioms that CoqInterval, Flocq and the real numbers of Coq's library use.
 ASSUMED = re.compile(
     r"(Uint63|PrimInt63|PrimFloat|FloatAxioms|ClassicalDedekindReals)\.\w+"
@@ -70,16 +84,24 @@ def short(theory, tmp_path):
     cut = f"{begin}{first};\n{second}].\n{entry}{third}].\n"
     (folder / "Certificate3.v").write_text(cut)
     (folder / "Checked.v").write_text(CHECKED)
+    begin, *lines = (folder / "Lines.v").read_text().split('"')
+    strings = ";\n".join(f'"{line}"' for line in lines[: 2 * LINES : 2])
+    (folder / "Lines.v").write_text(f"{begin}{strings}].\n")
+    (folder / "Compared.v").write_text(COMPARED)
     return folder
 
 
-def is_accepted(folder):
-    for name in ("Equations", "Certificate3"):
+def is_accepted(folder, check="Checked", changed=("Equations", "Certificate3")):
+    for name in changed:
         code, said = compiled(folder, name)
         assert code == 0, said
-    code, said = compiled(folder, "Checked")
-    assert code == 0 or "block_1) = true" in said, said
+    code, said = compiled(folder, check)
+    assert code == 0 or "= true" in said, said
     return code == 0
+
+
+def is_text_accepted(folder):
+    return is_accepted(folder, "Compared", ("Certificate3", "Lines"))
 
 
 def swapped(name, pattern, change):
@@ -126,16 +148,45 @@ DAMAGES = {
 }
 
 
+def with_word(line, column, change):
+    words = line.split(" ")
+    words[column] = change(words[column])
+    return " ".join(words)
+
+
+def larger(by):
+    return lambda word: str(Decimal(word) + Decimal(by))
+
+
+# Changes of the text's last line in the three pieces, whose columns 17 to 24 are those of maneuver
+# 3. The bound of speeds is 0.3 times that of the other columns.
+CHANGES = {
+    "its time": lambda line: with_word(line, 0, larger("0.01")),
+    "the roll angle": lambda line: with_word(line, 17, larger("2e-9")),
+    "the roll rate": lambda line: with_word(line, 18, larger("-2e-9")),
+    "the speed": lambda line: with_word(line, 19, larger("6e-10")),
+    "the steer angle": lambda line: with_word(line, 23, larger("2e-9")),
+    "the steer rate": lambda line: with_word(line, 24, larger("-2e-9")),
+    "a decimal comma": lambda line: with_word(line, 24, lambda word: word.replace(".", ",")),
+    "a sign": lambda line: with_word(line, 17, lambda word: f"-{word}"),
+    "an exponent": lambda line: with_word(line, 17, lambda word: f"{word}e-01"),
+    "one column less": lambda line: line.rpartition(" ")[0],
+}
+
+
 @pytest.mark.formal
 @pytest.mark.parametrize("maneuver", "123")
-def test_coq_proves_the_theorem(theory, maneuver):
-    said = ""
+def test_coq_proves_the_theorems(theory, maneuver):
+    printed = []
     for name in COMMANDS[1].replace("${n}", maneuver).split():
         code, said = compiled(theory, name)
         assert code == 0, said
-    assumed = re.findall(r"^([\w.]+)\s*:", said.partition("Axioms:")[2], re.MULTILINE)
-    assert assumed
-    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+        printed += said.split("Axioms:")[1:]
+    assert len(printed) == 2  # one theorem about the polynomials, one about the text
+    for axioms in printed:
+        assumed = re.findall(r"^([\w.]+)\s*:", axioms, re.MULTILINE)
+        assert assumed
+        assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
 
 
 @pytest.mark.formal
@@ -148,6 +199,28 @@ def test_three_pieces_are_accepted(short):
 def test_a_wrong_certificate_is_refused(short, what):
     DAMAGES[what](short)
     assert not is_accepted(short)
+
+
+@pytest.mark.formal
+def test_coq_has_the_published_text(theory):
+    """The strings that Coq prints are the lines of the file, byte by byte."""
+    (theory / "Printed.v").write_text(PRINTED)
+    code, said = compiled(theory, "Printed")
+    assert code == 0, said
+    lines = re.findall(r'"(.*?)"', said)
+    assert "".join(f"{line}\n" for line in lines).encode() == PUBLISHED.read_bytes()
+
+
+@pytest.mark.formal
+def test_lines_of_three_pieces_are_accepted(short):
+    assert is_text_accepted(short)
+
+
+@pytest.mark.formal
+@pytest.mark.parametrize("what", CHANGES)
+def test_a_changed_text_is_refused(short, what):
+    swapped("Lines", r'"([^"]*)"\]', CHANGES[what])(short)
+    assert not is_text_accepted(short)
 
 
 def test_nothing_is_left_unproved():

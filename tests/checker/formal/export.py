@@ -3,8 +3,9 @@
 ``python tests/checker/formal/export.py FOLDER 1 2 3`` writes ``Equations.v``, the equations of
 motion as a program for CoqInterval. For each maneuver it writes ``Certificate1.v``, polynomials
 with short dyadic coefficients from the published trajectory, and the numbers of their proof; and
-``Checked1_0.v`` to ``Checked1_4.v``, which carry out the checks. Nothing in the certificates has to
-be believed: Coq checks them, and the equations are what the theorems are about.
+``Checked1_0.v`` to ``Checked1_4.v``, which carry out the checks. ``Lines.v`` contains the published
+text. Nothing in the certificates has to be believed: Coq checks them, and the equations and the
+text are what the theorems are about.
 """
 
 import json
@@ -24,6 +25,7 @@ from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Balls
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.layout import TEXT
 from heyoka_bike.reference.proof.candidate import read_candidate
 
 BITS = 200
@@ -310,6 +312,19 @@ Proof. vm_cast_no_check (eq_refl true). Qed.
 """
 
 
+def text_file(text: str) -> str:
+    """The lines of the published text as Coq's strings."""
+    strings = ";\n".join(f'"{line}"' for line in text.splitlines())
+    return f"""(* The lines of reference/{TEXT}, written by export.py. *)
+From Coq Require Import List String.
+Import ListNotations.
+Open Scope string_scope.
+
+Definition lines : list string := [
+{strings}].
+"""
+
+
 def entries_of(frame: Frame, rates: Sequence[int]) -> list[Fraction]:
     """Claim sums of squares at the beginning of each block, from the growth up to the tube."""
     entries, left = [], float(frame.tube)
@@ -338,8 +353,10 @@ if __name__ == "__main__":
     balls = Equations.of(bicycle, Balls(BITS))
     folder = Path(sys.argv[1])
     (folder / "Equations.v").write_text(equations_file(balls))
-    runs = read_candidate(DATASET)
-    for number in map(int, sys.argv[2:]):
+    runs, numbers = read_candidate(DATASET), [int(word) for word in sys.argv[2:]]
+    if numbers:
+        (folder / "Lines.v").write_text(text_file((DATASET / TEXT).read_text()))
+    for number in numbers:
         text = certificate_file(balls, runs[number - 1], number)
         (folder / f"Certificate{number}.v").write_text(text)
         for n in range(PIECES // BLOCK):

@@ -1,0 +1,18 @@
+(* The published text of maneuver 3. *)
+From Coq Require Import Reals List.
+Require Import Checks Equations Certificate3 Maneuver3 Lines Text.
+Open Scope R_scope.
+
+Lemma line_count : length lines = 1001%nat.
+Proof. vm_compute; reflexivity. Qed.
+
+Lemma compared : check_text pieces 3 lines = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
+
+(* A motion of the bicycle that begins as maneuver 3 does is, as long as it exists, within 1.1e-8 of
+   the text's angles and rates, and within 3.3e-9 m/s of its forward speeds. *)
+Theorem published_3 (x : nat -> R -> R) (until : R) :
+  motion equations integers x until -> begins start x -> near_text x until lines 3.
+Proof. intros M B; exact (published x until pieces 3 lines compared (maneuver_3 x until M B)). Qed.
+
+Print Assumptions published_3.
