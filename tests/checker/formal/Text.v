@@ -1,11 +1,11 @@
-(* The published text: its lines are read as decimal numbers and compared with the polynomials. *)
+(* Lines of the published text are read as decimal numbers and compared with the polynomials. *)
 From Coq Require Import Ascii String Reals QArith Qreals ZArith List Bool Lra Lia.
 From Coq Require Decimal DecimalString.
 Require Import Checks.
 Import ListNotations.
 Open Scope R_scope.
 
-(* Reading: the parts of a text between separators *)
+(* The parts of a text between separators. Joined, the parts are the text again. *)
 Fixpoint split (separator : ascii) (s : string) : list string :=
   match s with
   | EmptyString => [EmptyString]
@@ -16,6 +16,14 @@ Fixpoint split (separator : ascii) (s : string) : list string :=
          | part :: parts => String a part :: parts
          end
   end.
+
+Lemma split_whole separator s : String.concat (String separator "") (split separator s) = s.
+Proof.
+induction s as [|a s IH]; [reflexivity|]; cbn [split].
+destruct (split separator s) as [|part parts] eqn:E; [simpl in IH; subst s; discriminate E|].
+destruct (Ascii.eqb_spec a separator) as [->|_]; [exact (f_equal (String separator) IH)|].
+rewrite <- IH; destruct parts; reflexivity.
+Qed.
 
 (* The number i.f * 10^e. Coq's library reads the digits. *)
 Definition decimal (i f e : string) : option Q :=
@@ -50,23 +58,23 @@ Proof. reflexivity. Qed.
 Example not_a_number : map read ["1,5"; "1.2.3"; "."; "e-05"; ""]%string = repeat None 5.
 Proof. reflexivity. Qed.
 
-(* The statement. Line k (from 0) has the time k/100 s and eight columns for each maneuver (1, 2,
-   3): roll angle, roll rate, forward speed, three energies, steer angle and steer rate. *)
+(* The statement. Line k (from 0) has the time k/100 s and eight columns for each of the maneuvers 1
+   to 3: roll angle, roll rate, forward speed, three energies, steer angle and steer rate. *)
 Definition text_error : R := 11 / 1000000000.
 Definition wheel_radius : R := 3 / 10. (* of the rear wheel, in metres *)
 
-Definition near_text (x : nat -> R -> R) (until : R) (lines : list string) (maneuver : nat) : Prop :=
+Definition near_text (x : nat -> R -> R) (until : R) (lines : list string) (maneuver : nat) :=
   forall k line, nth_error lines k = Some line ->
   exists values, numbers line = Some values /\ length values = 25%nat /\
   let t := Q2R (nth 0 values 0%Q) in
   let column j := Q2R (nth (8 * (maneuver - 1) + j) values 0%Q) in
   t = INR k / 100 /\
   (t <= until ->
-    Rabs (x 0%nat t - column 1%nat) <= text_error /\
-    Rabs (x 3%nat t - column 2%nat) <= text_error /\
-    Rabs (wheel_radius * x 5%nat t - column 3%nat) <= wheel_radius * text_error /\
-    Rabs (x 2%nat t - column 7%nat) <= text_error /\
-    Rabs (x 4%nat t - column 8%nat) <= text_error).
+    Rabs (x 0%nat t - column 1%nat) <= text_error /\ (* roll angle *)
+    Rabs (x 3%nat t - column 2%nat) <= text_error /\ (* its rate *)
+    Rabs (wheel_radius * x 5%nat t - column 3%nat) <= wheel_radius * text_error /\ (* speed *)
+    Rabs (x 2%nat t - column 7%nat) <= text_error /\ (* steer angle *)
+    Rabs (x 4%nat t - column 8%nat) <= text_error). (* its rate *)
 
 (* The checks, in exact integers. The value of a polynomial at n/800 s is the first number, over
    2^52 times the second one. *)
@@ -167,7 +175,8 @@ rewrite E; split; [reflexivity | intros U].
 assert (M : INR k / 100 = middle m + IZR n / 800).
   unfold middle, half, n; rewrite minus_IZR, !mult_IZR, plus_IZR, mult_IZR, <- !INR_IZR_INZ; field.
 assert (In : - half <= IZR n / 800 <= half).
-  apply Z.leb_le, Z.abs_le in S; destruct S as [S1 S2]; apply IZR_le in S1, S2; rewrite opp_IZR in S1; unfold half; lra.
+  apply Z.leb_le, Z.abs_le in S; destruct S as [S1 S2].
+  apply IZR_le in S1, S2; rewrite opp_IZR in S1; unfold half; lra.
 rewrite M in *; clear M.
 assert (Each : forall i q, (i < count)%nat -> is_near p n i q = true ->
     Rabs (x i (middle m + IZR n / 800) - Q2R q) <= text_error).
