@@ -1,7 +1,7 @@
 """Coq proves Theorem 1 for ten seconds of each maneuver, and rejects wrong certificates.
 
 The development is in `tests/checker/formal`. Each damage is made in the certificate of maneuver 3,
-cut to three pieces in two blocks, or in the equations.
+cut to three pieces in two blocks, in the equations, or in the checks.
 """
 
 import re
@@ -18,7 +18,8 @@ from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
 SOURCES = Path(__file__).parents[1] / "checker" / "formal"
-COMMANDS = re.findall(r"for f in (.*?); do coqc", (SOURCES / "README.md").read_text())
+README = (SOURCES / "README.md").read_text()
+COMMANDS = re.findall(r"for f in (.*?); do coqc", README)
 INSTALL = "apt-get install coq libcoq-interval"
 PROOFS = COMMANDS[0].split()  # these proofs are compiled once for all tests
 CHECKED = """From Coq Require Import List Bool.
@@ -74,7 +75,7 @@ def short(theory, tmp_path):
 
 
 def is_accepted(folder):
-    for name in ("Equations", "Certificate3"):
+    for name in ("Checks", "Equations", "Certificate3"):
         code, said = compiled(folder, name)
         assert code == 0, said
     code, said = compiled(folder, "Checked")
@@ -122,6 +123,7 @@ DAMAGES = {
     "the bound is less": entry_of_the_first_block,
     "another start": swapped("Certificate3", r"\((1, 20)\)", lambda _: "1, 21"),
     "another bicycle": swapped("Equations", r"\((20090)\)", moved(1)),
+    "slopes exceed their limit": swapped("Checks", r"steepest : Z := 2 \^ (10)", moved(-4)),
     "another equation": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
 }
 
@@ -148,6 +150,14 @@ def test_three_pieces_are_accepted(short):
 def test_a_wrong_certificate_is_refused(short, what):
     DAMAGES[what](short)
     assert not is_accepted(short)
+
+
+def test_the_stated_theorems_are_proved():
+    text = (SOURCES / "Maneuver1.v").read_text()
+    stated = re.search(r"```coq\n(.*?)```", README, re.DOTALL).group(1).split("\n\n")
+    assert len(stated) == 2
+    for theorem in stated:
+        assert theorem.strip() in text
 
 
 def test_nothing_is_left_unproved():
