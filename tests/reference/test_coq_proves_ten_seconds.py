@@ -1,7 +1,8 @@
 """Coq proves Theorem 1 for ten seconds of each maneuver, and compares the published text with it.
 
 The development is in `tests/checker/formal`. Each damage is made in the certificate of maneuver 3,
-cut to three pieces in two blocks, in the equations, or in the lines of the text in these pieces.
+cut to three pieces in two blocks, in the equations, in the checks, or in the lines of the text in
+these pieces.
 """
 
 import re
@@ -21,7 +22,8 @@ from heyoka_bike.numbers.arithmetic import Multiprecision
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tests" / "checker" / "formal"
 PUBLISHED = ROOT / "reference" / "uncontrolled-bicycle.txt"
-COMMANDS = re.findall(r"for f in (.*?); do coqc", (SOURCES / "README.md").read_text())
+README = (SOURCES / "README.md").read_text()
+COMMANDS = re.findall(r"for f in (.*?); do coqc", README)
 INSTALL = "apt-get install coq libcoq-interval"
 PROOFS = COMMANDS[0].split()  # these proofs are compiled once for all tests
 CHECKED = """From Coq Require Import List Bool.
@@ -91,7 +93,7 @@ def short(theory, tmp_path):
     return folder
 
 
-def is_accepted(folder, check="Checked", changed=("Equations", "Certificate3")):
+def is_accepted(folder, check="Checked", changed=("Checks", "Equations", "Certificate3")):
     for name in changed:
         code, said = compiled(folder, name)
         assert code == 0, said
@@ -144,6 +146,7 @@ DAMAGES = {
     "the bound is less": entry_of_the_first_block,
     "another start": swapped("Certificate3", r"\((1, 20)\)", lambda _: "1, 21"),
     "another bicycle": swapped("Equations", r"\((20090)\)", moved(1)),
+    "slopes exceed their limit": swapped("Checks", r"steepest : Z := 2 \^ (10)", moved(-4)),
     "another equation": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
 }
 
@@ -221,6 +224,15 @@ def test_lines_of_three_pieces_are_accepted(short):
 def test_a_changed_text_is_refused(short, what):
     swapped("Lines", r'"([^"]*)"\]', CHANGES[what])(short)
     assert not is_text_accepted(short)
+
+
+def test_the_stated_theorems_are_proved():
+    text = "".join((SOURCES / f"{name}1.v").read_text() for name in ("Maneuver", "Published"))
+    blocks = re.findall(r"```coq\n(.*?)```", README, re.DOTALL)
+    stated = [theorem for block in blocks for theorem in block.split("\n\n")]
+    assert len(stated) == 3
+    for theorem in stated:
+        assert theorem.strip() in text
 
 
 def test_nothing_is_left_unproved():

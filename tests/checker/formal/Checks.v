@@ -106,17 +106,23 @@ Definition above (a : I.type) : I.type :=
 Definition coarse : TM.U := (prec, 5%nat).
 Definition room : I.type := symmetric (I.div prec (integer 1) (integer 100000000)).
 Definition unit_slopes (i : nat) : list slope := repeat None i ++ [Some (TM.const (integer 1))].
+Definition boxes_of (p : piece) : list sloped :=
+  map (fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room),
+                      unit_slopes i)) (seq 0 count)
+  ++ map (fun c => Some (TM.const c, nil)) constants_in.
 Definition slopes_found (p : piece) : list sloped :=
-  eval_generic None (sloped_operations coarse span) program
-    (map (fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room),
-                         unit_slopes i)) (seq 0 count)
-     ++ map (fun c => Some (TM.const c, nil)) constants_in).
-Definition has_slopes (a : sloped) : bool := match a with Some _ => true | None => false end.
+  eval_generic None (sloped_operations coarse span) program (boxes_of p).
 Definition slope_at (a : sloped) (j : nat) (s : I.type) : I.type :=
   match a with
   | Some (_, p) => match nth j p None with Some m => value span m s | None => I.zero end
   | None => I.nai
   end.
+(* The slopes are known, and their magnitudes are less than this limit. *)
+Definition steepest : Z := 2 ^ 10.
+Definition is_gentle (a : I.type) : bool :=
+  is_positive (I.sub prec (integer steepest) a) && is_positive (I.add prec (integer steepest) a).
+Definition has_slopes (a : sloped) : bool :=
+  match a with Some _ => all_states (fun j => is_gentle (slope_at a j span)) | None => false end.
 
 (* A piece is cut into parts, over each of which squares of errors grow at most at the rate. *)
 Definition parts := 16%nat.

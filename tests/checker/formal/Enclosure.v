@@ -166,9 +166,21 @@ apply mul_in.
 apply exp_in, mul_in; [now apply add_in | apply length_is_in].
 Qed.
 
+(* It moves as the equations say where it is in the tube. *)
+Definition guided (p : piece) (x : nat -> R -> R) (until t : R) : Prop :=
+  forall v, - half <= v <= half -> t + v <= until -> forall i, (i < count)%nat ->
+  ex_derive (x i) (t + v) /\
+  (squares p x t v < wall -> is_derive (x i) (t + v) (field i (state x (t + v)))).
+
+Lemma motion_guided p x until t : motion x until -> half <= t -> guided p x until t.
+Proof.
+intros M Ht v Hv U i Hi; assert (D := M (t + v) ltac:(lra) i Hi).
+split; [now exists (field i (state x (t + v))) | easy].
+Qed.
+
 Lemma piece_correct p x until t s w d :
   check_piece (matrix_in (frame c)) (matrix_in (inverse c)) p = true ->
-  motion x until -> half <= t -> - half <= s <= half -> t + s <= until ->
+  guided p x until t -> - half <= s <= half -> t + s <= until ->
   0 < d ->
   (forall v, - half <= v <= half ->
     sum count (fun i => sum count (fun j => back i j * defect p v j)
@@ -178,12 +190,12 @@ Lemma piece_correct p x until t s w d :
   squares p x t s <= real_bound (over (rate p) 10) w d.
 Proof.
 unfold check_piece; rewrite !andb_true_iff.
-intros [[[Has _] Rate] Parts] Motion Ht Hs Until D0 Miss W0 Entry Wall.
+intros [[[Has _] Rate] Parts] Guided Hs Until D0 Miss W0 Entry Wall.
 set (k := over (rate p) 10) in *; set (r := real_ratio w d).
 assert (R0 : 0 < r) by now apply ratio_positive.
 assert (K0 : 0 <= k) by (apply over_nonneg; [now apply Z.leb_le | lia]).
 set (z := coordinate p x t).
-set (speed := fun v j => field j (state x (t + v)) - slope_of (nth j (coefficients p) nil) v).
+set (speed := fun v j => Derive (x j) (t + v) - slope_of (nth j (coefficients p) nil) v).
 set (dz := fun v i => sum count (fun j => back i j * speed v j)).
 replace s with (s + half - half) by ring.
 apply (stays (fun u => squares p x t (u - half))
@@ -203,8 +215,9 @@ apply (stays (fun u => squares p x t (u - half))
     intros j Hj; apply (is_derive_scal (fun u => gap p x t (u - half) j)).
     unfold gap, speed.
     apply (is_derive_minus (fun u => x j (t + (u - half))) (fun u => candidate p j (u - half))).
-      replace (field j (state x (t + (u - half)))) with (1 * field j (state x (t + (u - half)))) by ring.
-      apply (is_derive_comp (x j) (fun u => t + (u - half))); [apply Motion; [lra | easy]|].
+      replace (Derive (x j) (t + (u - half))) with (1 * Derive (x j) (t + (u - half))) by ring.
+      apply (is_derive_comp (x j) (fun u => t + (u - half))).
+        now apply Derive_correct, (Guided (u - half)); try lra.
       auto_derive; [easy | ring].
     replace (slope_of (nth j (coefficients p) nil) (u - half))
       with (1 * slope_of (nth j (coefficients p) nil) (u - half)) by ring.
@@ -230,6 +243,8 @@ apply (stays (fun u => squares p x t (u - half))
     intros j Hj; apply gap_small; [easy | lra].
   assert (E : map (fun j => candidate p j v + gap p x t v j) (seq 0 count) = state x (t + v)).
     apply map_ext; intros j; unfold gap; ring.
+  assert (Moves : forall j, (j < count)%nat -> is_derive (x j) (t + v) (field j (state x (t + v)))).
+    intros j Hj; now apply (Guided v Hv ltac:(unfold v; lra) j Hj).
   set (B := times back (times G out)).
   set (miss := fun i => sum count (fun j => back i j * defect p v j)).
   assert (Dz : forall i, dz v i = sum count (fun j => B i j * z v j) - miss i).
@@ -239,7 +254,7 @@ apply (stays (fun u => squares p x t (u - half))
       apply sum_ext; intros j Hj.
       destruct (HG j Hj) as [_ F]; rewrite E in F.
       replace (speed v j) with (sum count (fun l => G j l * gap p x t v l) - defect p v j)
-        by (unfold speed, defect; lra).
+        by (unfold speed, defect; rewrite (is_derive_unique _ _ _ (Moves j Hj)); lra).
       replace (sum count (fun l => G j l * gap p x t v l))
         with (sum count (fun l => times G out j l * z v l)); [ring|].
       transitivity (sum count (fun l => G j l * sum count (fun m => out l m * z v m))).
@@ -400,13 +415,13 @@ Proof. unfold half; lra. Qed.
 (* The bound of the first piece of a list that passes the check *)
 Lemma first_correct p rest next W w x until t :
   check_chain (matrix_in (frame c)) (matrix_in (inverse c)) (rational (tube c)) next W (p :: rest) = true ->
-  motion x until -> half <= t -> 0 <= w -> w \in W ->
+  guided p x until t -> 0 <= w -> w \in W ->
   (t - half <= until -> squares p x t (- half) <= w) ->
   exists b, 0 <= b /\ b < wall /\
     b \in bound (scaled (rate p) 10) W (above (missing_squares (matrix_in (inverse c)) p)) /\
     forall v, - half <= v <= half -> t + v <= until -> squares p x t v <= b.
 Proof.
-intros C M Ht W0 HW Entry; pose proof half_positive as H0.
+intros C M W0 HW Entry; pose proof half_positive as H0.
 assert (Piece := first_checked _ _ _ _ _ _ _ C).
 cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [[[[_ Above] Positive] Low] _].
 assert (Miss : forall v, - half <= v <= half ->
@@ -427,7 +442,7 @@ intros v Hv V.
 assert (Missed : forall r, - half <= r <= half -> turned_squares (defect p r) <= d).
   intros r Hr; left; exact (less_by _ _ _ _ D (Miss r Hr) Above).
 assert (Begin : squares p x t (- half) <= w) by (apply Entry; lra).
-exact (piece_correct p x until t v w d Piece M Ht Hv V D0 Missed W0 Begin L).
+exact (piece_correct p x until t v w d Piece M Hv V D0 Missed W0 Begin L).
 Qed.
 
 Lemma after_nonneg w j : 0 <= w -> 0 <= j -> 0 <= real_after w j.
@@ -452,7 +467,7 @@ pose proof half_positive as H0.
 induction pieces as [|p rest IH]; intros x until t w W next C M Ht W0 HW Entry.
   split; [intros k q Q; destruct k; discriminate Q | intros q e _ N; now elim N].
 assert (Piece := first_checked _ _ _ _ _ _ _ C).
-destruct (first_correct p rest next W w x until t C M Ht W0 HW Entry) as [b [B0 [L [B Inside]]]].
+destruct (first_correct p rest next W w x until t C (motion_guided p x until t M Ht) W0 HW Entry) as [b [B0 [L [B Inside]]]].
 cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [_ C].
 assert (First : forall s, - half <= s <= half -> t + s <= until ->
   forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= error).
