@@ -317,7 +317,8 @@ def readme_claim(programs):
 
 def _range(found):
     return (
-        f"The {len(found.alike)} runs whose largest eq. (1) is between 1e-5 and 1e-4 % have "
+        f"In {len(found.alike)} runs, the largest eq. (1) of the three maneuvers is between 1e-5 "
+        "and 1e-4 %. These runs have "
         f"{one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} correct digits."
     )
 

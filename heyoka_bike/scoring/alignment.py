@@ -615,7 +615,7 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
 def _unit_question(times: Array, end: float) -> str:
     """Return the end of a message: a question if most times seem to be in a smaller unit."""
     unit = _likely_smaller_unit(times, end)
-    return f"; are they in {unit}?" if unit else ""
+    return f"; are the times in {unit}?" if unit else ""
 
 
 def _likely_smaller_unit(times: Array, end: float) -> str | None:

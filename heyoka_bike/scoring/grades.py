@@ -9,7 +9,7 @@ contradict each other are wrong whatever the digits are.
 """
 
 from enum import IntEnum
-from math import isfinite, log10
+from math import floor, isfinite, log10
 
 MOST_DIGITS = 32.0
 """Largest number of correct digits that is reported."""
@@ -34,6 +34,8 @@ it fits to the digits written."""
 CLOSE_DIGITS = -log10(TOLERANCE)
 """Fewest correct digits of a column that is not wrong."""
 
+_LIMITS = (CLOSE_DIGITS, RIGHT_DIGITS)
+
 
 class Grade(IntEnum):
     """Grades from the best to the worst; a file has the worst grade of its columns."""
@@ -48,6 +50,15 @@ class Grade(IntEnum):
     def style(self) -> str:
         """Name of the grade in style sheets and JSON."""
         return self.name.lower()
+
+
+def digits_text(found: float) -> str:
+    """Return correct digits to one decimal, never rounded up to the limit of a better grade."""
+    # Adding 0.0 turns -0.0 into 0.0.
+    rounded = round(found, 1) + 0.0
+    if any(found < limit <= rounded for limit in _LIMITS):
+        rounded = floor(10.0 * found) / 10.0
+    return f"{rounded:.1f}"
 
 
 def digits(relative: float | None) -> float | None:

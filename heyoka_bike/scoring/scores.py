@@ -293,7 +293,8 @@ class ColumnScore:
     def __repr__(self) -> str:
         if self.scd is None:
             return f"<{self.key}: nothing compared>"
-        found = f"{self.scd:.1f} correct digits, largest error {self.max_abs_error:.2g} {self.unit}"
+        shown = grades.digits_text(self.scd)
+        found = f"{shown} correct digits, largest error {self.max_abs_error:.2g} {self.unit}"
         return f"<{self.key} ({self.definition}): {found}>"
 
     def is_at_floor(self, times: float = 1.0) -> bool:

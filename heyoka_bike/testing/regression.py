@@ -272,7 +272,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     lines.append("")
     entries = list(_explained(parse(failed[0].text), scored))
     for m in scored.maneuvers:
-        digits = (f"{c.key} {number_text.one_decimal(c.scd)}" for c in m.columns)
+        digits = (f"{c.key} {number_text.correct_digits(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
     entries += [("warning", said) for said in finding_text.warnings(scored.findings)]
     in_part = next((r.outcome for r in failed if isinstance(r.outcome, InPart)), None)
@@ -315,8 +315,8 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
         "worst column",
         f"{c.key} of maneuver {m.maneuver}, read as {_interpretation_with_remarks(c)}: wrong by "
         f"{number_text.in_unit(number_text.number(c.max_abs_error), c.unit)}, "
-        f"{number_text.number(c.max_rel_error)} of its scale "
-        f"(scd {number_text.one_decimal(c.scd)})",
+        f"{number_text.number(c.max_rel_error)} of its largest value "
+        f"(scd {number_text.correct_digits(c.scd)})",
     )
     yield (
         "worst row",
@@ -364,7 +364,6 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
                 "the allowed error"
             )
     seen = column_text.first_above(c)
-    said.append(
-        f"above {TOLERANCE:g} of the scale {seen if seen == 'never' else f'from t = {seen} s'}"
-    )
+    since = seen if seen == "never" else f"from t = {seen} s"
+    said.append(f"above {TOLERANCE:g} of the largest value {since}")
     return "; ".join(said)

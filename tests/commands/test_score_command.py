@@ -34,7 +34,7 @@ def test_the_table_is_the_default(capsys):
     assert (code, err) == (0, "")
     assert "exudyn-h0.001.txt" in out
     assert "tait_bryan_xyz" in out
-    assert "next: why it differs: heyoka-bike diagnose" in out
+    assert "next: run heyoka-bike diagnose" in out
     assert max(map(len, out.splitlines())) <= 100
     # The output is a summary of ten lines and a table. With --details it also lists the errors of
     # each maneuver.
@@ -296,7 +296,7 @@ def test_a_bad_list_of_runs_names_the_key(capsys, tmp_path, text, says):
 
 def test_a_page_that_was_written_is_named_and_not_advised(capsys, tmp_path):
     _, out, _ = run(FINE, capsys=capsys)
-    assert "with charts: -o report.html" in out
+    assert "-o report.html writes a report with charts" in out
     page = tmp_path / "mine.html"
     _, out, _ = run(FINE, "-o", str(page), capsys=capsys)
     assert "-o report.html" not in out

@@ -86,8 +86,8 @@ def test_a_file_of_it_is_right(four, tmp_path, capsys):
     assert main(["score", str(path), *asked, "--require", "4.scd >= 12"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "right, worst column" in said
-    assert "in maneuver 2, which passes: less than 1e-2 % is asked for, and " in said
-    assert "in maneuver 4, which passes: less than 2e-4 % is asked for" in said
+    assert "in maneuver 2, which passes: the limit is 1e-2 %, and " in said
+    assert "in maneuver 4, which passes: the limit is 2e-4 %" in said
     assert said.count("eq. (1), the benchmark's own measure, is ") == 1
 
 
@@ -107,8 +107,8 @@ def test_the_first_and_the_last_are_judged_by_limits_of_two_digits(four, tmp_pat
     judged = load_reference(other)
     assert judged.judged == (1, 4)
     said = performance_remark(score(written(tmp_path / "a.txt", four, drifting), judged))
-    assert "maneuver 1, which passes: less than 2.5e-3 % is asked for, and " in said
-    assert "maneuver 4, which FAILS: less than 1e-4 % is asked for" in said
+    assert "maneuver 1, which passes: the limit is 2.5e-3 %, and " in said
+    assert "maneuver 4, which FAILS: the limit is 1e-4 %" in said
     assert "maneuver 2" not in said
 
 

@@ -20,6 +20,8 @@ import scipy.io
 from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.scoring.reading import result_file
 from heyoka_bike.scoring.reading.formats import listed
+from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import rows as text_rows
 
@@ -223,6 +225,13 @@ def test_names_of_another_maneuver_than_told(tmp_path):
     assert (error.line, error.message) == (1, "found columns of maneuver 2, expected maneuver 3")
     with pytest.raises(InputError, match="found maneuver 2, expected maneuver 3"):
         read_results({"maneuver_2": {"time": [0, 1], "roll": [0, 1]}}, maneuver=3)
+
+
+def test_a_number_for_maneuvers_without_numbers():
+    rows = Rows(None, np.arange(3.0), np.zeros(3), {"roll_angle": np.arange(3.0)})
+    expected = "found maneuver 2 for results of 2 maneuvers without numbers; leave out the number"
+    with pytest.raises(InputError, match=expected):
+        results_of(Results("x", "text", (rows, rows), 17), 3, maneuver=2)
 
 
 def test_files_that_cannot_be_opened(tmp_path):

@@ -37,7 +37,7 @@ def test_all_of_them_are_in_the_first_finding(reference):
         "which are not errors",
         "roll and steer are positive to the left",
         "the zero of potential_energy, mechanical_energy is 794.1195 J above that at the floor",
-        "roll_angle is tait_bryan_xyz (over 10^6 to 1 against lean)",
+        "roll_angle is tait_bryan_xyz (over 10^6 times as likely as lean)",
     ):
         assert said in first.message
     assert first.evidence["signs"] == list(TURNED)

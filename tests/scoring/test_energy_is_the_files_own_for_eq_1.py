@@ -40,7 +40,7 @@ def test_the_energy_of_a_right_file_meets_it(reference):
 def test_it_has_to_be_potential_plus_kinetic_energy(reference, change):
     report = changed(reference, change)
     assert not report.requirements[0].met
-    assert "not its own potential plus kinetic energy" in report.requirements[0].message
+    assert "not the file's own potential plus kinetic energy" in report.requirements[0].message
     assert report[2].meets_limit is False
     assert "passes" not in render(report, "table")
     assert "does not count" in render(report, "summary")

@@ -35,7 +35,7 @@ from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 from support.said import said_of
 
-ARE_MET = "The equations of motion are met"
+ARE_MET = "The motion in the file satisfies the equations of motion"
 RNG = np.random.default_rng(5)
 
 

@@ -42,7 +42,7 @@ def test_the_method_and_its_step_are_named(reference, reduced, method, step, say
     (found,) = integrator(reduced.run(reduced.explicit(method), step), reference)
     assert found.evidence["methods"] == [{"method": says, "step": step}]
     assert found.message.startswith(f"The error is that of {says} with a step of {step:g} s. ")
-    assert found.message.count("Nothing else is seen") == 1
+    assert found.message.count("No other error is visible") == 1
 
 
 @pytest.mark.proof

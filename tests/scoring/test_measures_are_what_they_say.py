@@ -5,6 +5,7 @@ from math import inf
 import numpy as np
 import pytest
 
+from heyoka_bike.scoring.grades import digits_text
 from heyoka_bike.scoring.measures import (
     digits,
     growth,
@@ -57,6 +58,15 @@ def test_a_column_that_is_zero_has_no_relative_error():
 )
 def test_digits(relative, expected):
     assert digits(relative) == expected
+
+
+@pytest.mark.parametrize(
+    ("found", "text"),
+    [(5.96, "5.9"), (6.0, "6.0"), (5.94, "5.9"), (2.99, "2.9"), (3.0, "3.0"), (8.96, "9.0"),
+     (-0.01, "0.0"), (-2.25, "-2.2")],
+)  # fmt: skip
+def test_shown_digits_are_not_rounded_up_to_a_better_grade(found, text):
+    assert digits_text(found) == text
 
 
 def test_time_to_tolerance_is_the_first_row_above_a_thousandth_of_the_scale():

@@ -226,7 +226,7 @@ def test_unknown_names_are_left_out(tmp_path):
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("columns_left_out", "info")
     assert finding.evidence == {"names": ["", "tilt", "tyre\\x1b"], "count": 3}
-    assert finding.message == "Columns with other names are left out: '', 'tilt', 'tyre\\x1b'"
+    assert finding.message == "Columns with unknown names are left out: '', 'tilt', 'tyre\\x1b'"
     assert found(results)[None, "roll_rate"] == 5
     assert len(found(results)) == 9
 

@@ -98,7 +98,7 @@ def test_nothing_in_the_run_is_not_scored(reference):
         score(one(reference, 1, told=1, shift=20.0), reference)
     milliseconds = rows(reference, 1, exact_columns(reference[1]), keep=slice(20, None))
     late = Rows(1, 1000 * milliseconds.time, milliseconds.time_lo, milliseconds.values)
-    with pytest.raises(NothingScoredError, match="are they in milliseconds"):
+    with pytest.raises(NothingScoredError, match="are the times in milliseconds"):
         score(Results("x", "text", (late,)), reference)
     nan = one(reference, 1, told=1, change=lambda k, v: v * np.nan)
     with pytest.raises(NothingScoredError, match="no finite value"):
@@ -154,7 +154,7 @@ def test_smaller_units_of_time_are_asked_about(times, unit, reference):
     rows = slice(0, 1 + int(0.7 * len(m.time)))
     columns = {key: x[rows] for key, x in exact_columns(m).items()}
     part = Rows(1, times * m.time[rows], m.time_lo[rows], columns)
-    asked = f"; are they in {unit}?" if unit else "is not extrapolated"
+    asked = f"; are the times in {unit}?" if unit else "is not extrapolated"
     report = score(Results("x", "text", (part,)), reference)
     assert report.findings[0].message.endswith(asked)
     unknown = Rows(None, part.time, part.time_lo, part.values)

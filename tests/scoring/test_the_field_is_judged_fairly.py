@@ -43,7 +43,7 @@ def test_a_start_that_the_first_row_contradicts_is_no_input(reference):
     found, *_ = diagnose(results("pydy-default"), reference).diagnosis
     assert found.code == "parameters"
     assert "But the first row has forward_speed of maneuver 1 as given" in found.message
-    assert "check it in your input" not in found.message
+    assert "Check this parameter" not in found.message
 
 
 @pytest.mark.proof

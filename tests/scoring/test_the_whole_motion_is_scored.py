@@ -259,7 +259,7 @@ def test_mistakes_are_simulated_for_the_eight_only(reference, exact):
     report = diagnose(wrong, reference)
     assert [f.code for f in report.diagnosis] == ["column_beside", "nothing_to_explain"]
     assert report.diagnosis[0].evidence["factor"] == pytest.approx(1.01)
-    assert "every column" not in report.diagnosis[1].message
+    assert "Every column" not in report.diagnosis[1].message
     assert column(report, 2, "rear_normal_force").as_understood.measures.scd < 2.1
 
 
@@ -275,7 +275,7 @@ def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     # The command still prints the score, although there is nothing to diagnose.
     assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
     shown = capsys.readouterr().out
-    assert "the diagnosis looks at the benchmark's columns" in shown
+    assert "The diagnosis needs the benchmark's columns" in shown
     assert "rear_normal_force" in shown
 
 

@@ -187,4 +187,4 @@ def test_a_diagnosis_begins_with_the_unit_of_times(reference):
     table = published_columns(reference, keys=KEYS) | {"time": reference[2].time * 1000}
     report = diagnose(table, reference, maneuver=2)
     assert [f.code for f in report.diagnosis] == ["time_outside"]
-    assert report.diagnosis[0].message.endswith("are they in milliseconds?")
+    assert report.diagnosis[0].message.endswith("are the times in milliseconds?")

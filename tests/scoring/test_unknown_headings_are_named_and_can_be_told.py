@@ -61,7 +61,7 @@ def test_what_a_name_is_like(name, key):
 
 def test_a_misspelt_column_is_left_out_with_what_it_is_like(tmp_path):
     (finding,) = read_results(written(tmp_path, "time,roll_angle,stear_angle")).findings
-    said = "Columns with other names are left out: 'stear_angle' (steer_angle?)"
+    said = "Columns with unknown names are left out: 'stear_angle' (steer_angle?)"
     assert finding.message == said
 
 

@@ -147,7 +147,7 @@ def test_a_definition_of_its_own_is_asked_for_before_it_is_called_wrong(referenc
     mean = (m["forward_speed_hub_global_x"] + m["forward_speed_front_contact"]) / 2
     report = score(columns(reference, forward_speed=mean), reference, maneuver=2)
     said = report.verdict.partition(": ")[2]
-    assert said.startswith("forward_speed: a definition of its own? If not, wrong, ")
+    assert said.startswith("forward_speed has a definition of its own, or the file is wrong, ")
     assert "definition_unknown" in codes(report)
     assert not report.is_right
     # If another column is also wrong, the verdict does not ask about the definition of the speed.
@@ -215,6 +215,6 @@ def test_the_question_of_the_definition_comes_first(reference):
         sinking = 0.3 * np.sin(m["roll_angle"]) * m["roll_rate"]
         found[n] = columns(reference, n, forward_speed=np.sqrt(norm**2 - sinking**2))
     report = score({1: found[1], 2: found[2], 3: found[3]}, reference)
-    assert ": forward_speed: a definition of its own? If not, close" in report.verdict
+    assert ": forward_speed has a definition of its own, or the file is close" in report.verdict
     assert "a smaller step" not in str(report)
     assert "check which point or axis forward_speed refers to" in repr(report)

@@ -102,7 +102,7 @@ def test_the_verdict_is_in_words(parsed):
     text = {name: page.text for name, page in parsed.items()}
     assert "≈ Close, worst column 4.1 correct digits (maneuver 1 steer_rate)." in text["sample"]
     assert "✓ All 2 requirements met" in text["sample"]
-    assert "is 5.3e-06 % in maneuver 2, which passes: less than 1e-3 %" in text["sample"]
+    assert "is 5.3e-06 % in maneuver 2, which passes: the limit is 1e-3 %" in text["sample"]
     assert "✗ 1 of 3 requirements FAILED" in text["rough"]
     assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
     assert "✗ Wrong, worst column without a correct digit" in text["rough"]

@@ -75,7 +75,7 @@ def test_the_names_are_missing(tmp_path, command):
         (("score", PEER), "worst column 1.6 correct digits"),
         (("linear",), "6.02426201538836"),
         (("export", "--format", "c", "-o", "export"), "export"),
-        pytest.param(("diagnose", PEER), "No usual mistake", marks=pytest.mark.proof),
+        pytest.param(("diagnose", PEER), "No known mistake", marks=pytest.mark.proof),
         pytest.param(("selfcheck",), "this installation works", marks=pytest.mark.proof),
     ],
 )

@@ -158,6 +158,15 @@ def test_a_part_is_not_called_right(library, reference):
     assert check_table(library, table)[0] == Grade.CLOSE
 
 
+def test_digits_are_not_rounded_up_to_a_better_grade(library, reference):
+    table = published(reference)
+    roll = table[:, 1]
+    roll[50] += 10.0**-5.97 * reference[1].scale("roll_angle")
+    _, digits, line = check_table(library, table)
+    assert 5.95 < digits[0] < 6.0
+    assert line.startswith("close, worst column 5.9 correct digits (maneuver 1 roll_angle")
+
+
 def test_what_was_never_filled_is_left_out(library, reference):
     table = published(reference)
     table[:, 4] = 0.0

@@ -8,6 +8,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
+from heyoka_bike.scoring.evidence.words import short_number
 from heyoka_bike.scoring.grades import TOLERANCE
 
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
@@ -18,6 +19,8 @@ _LEAST_UNCERTAINTY_SHOWN = 1e-6
 # A term counts as wholly missing if the fitted missing fraction differs from 1 by at most this
 # much.
 _NEARLY_ALL = 0.02
+# A unit divided by another one, as in kg m-1, which people write kg/m.
+_ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
 _INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
 _BODIES = {"B": "rear frame", "H": "fork"}
 
@@ -29,12 +32,25 @@ def mistakes_words(mistakes: Sequence[Cause]) -> str:
 
 def share_words(share: float) -> str:
     """Return an error relative to its own size, as "0.3 %" or "2.1 times its size"."""
-    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
+    percent = f"{short_number(100 * share)} %"
+    return percent if share < 2.0 else f"{short_number(share)} times its size"
 
 
-def scale_words(error: float) -> str:
-    """Return an error relative to the scale of its column."""
-    return f"{100 * error:.2g} % of its scale" if error < 2.0 else f"{error:.2g} times its scale"
+def scale_words(error: float, key: str) -> str:
+    """Return an error relative to the scale of a column, which sentences call its largest value.
+
+    The key ``it`` stands for a column that the sentence has named.
+    """
+    size = f"{short_number(100 * error)} % of" if error < 2.0 else f"{short_number(error)} times"
+    return f"{size} {'its largest value' if key == 'it' else f'the largest value of {key}'}"
+
+
+def relief_words(relief: float) -> str:
+    """Say by which factor a simulation with a cause is nearer to a file than the exact motion."""
+    return (
+        "Compared with a simulation of this, the error of the file is smaller by a factor of "
+        f"{short_number(relief, 1)}"
+    )
 
 
 def inertia_words(found: Sequence[FittedValue]) -> str:
@@ -49,7 +65,10 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
     xx, zz = by_axes["xx"], by_axes["zz"]
     right = xx.right + zz.right
     if abs(xx.value + zz.value - right) < TOLERANCE * right:
-        return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
+        return (
+            f". The sum of both is right, as if the inertia of the {body}, or of a part of it, "
+            "were rotated"
+        )
     if all(x.value < x.right for axes, x in by_axes.items() if axes != "xz"):
         return (
             f". All are too small, as if the inertias of the {body}'s parts were added without "
@@ -84,7 +103,8 @@ def _value_words(x: FittedValue) -> str:
     is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"
-    return f"{_name_words(x)} is {after} {UNIT_OF_VALUE[x.name]}{within} instead of {right}"
+    unit = _ONE_PER.sub(r"\1/\2", UNIT_OF_VALUE[x.name])
+    return f"{_name_words(x)} is {after} {unit}{within} instead of {right}"
 
 
 def _name_words(x: FittedValue) -> str:

@@ -14,10 +14,12 @@ from heyoka_bike.scoring.diagnosis.cause_words import (
     UNIT_OF_VALUE,
     inertia_words,
     mistakes_words,
+    relief_words,
     scale_words,
     share_words,
 )
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.mistakes.in_start import MISPLACED
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
@@ -25,18 +27,19 @@ from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_units
+from heyoka_bike.scoring.evidence.words import short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import BY_FAR
 
 _COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
 _CHECK_FORCES = (
-    "The benchmark has no force but gravity, and all terms of the equations of motion: check what "
-    "your program applies beside gravity, by default or in its joints"
+    "The only applied force of the benchmark is gravity. Check which other forces your program "
+    "applies, by default or in its joints, and that its equations have all terms"
 )
 _ABOUT_STARTS = (
-    ". Where rolling does not allow a start, the nearest velocities in kinetic energy are taken, "
-    "as an impulse of the constraint forces leaves them"
+    ". If the initial velocities violate rolling, the nearest ones that satisfy it are simulated "
+    "(nearest in kinetic energy)"
 )
 # Errors below this fraction of a column's size are not mentioned, because six digits are right.
 _NEGLIGIBLE_ERROR = 1e-6
@@ -83,7 +86,7 @@ class Explained(Evidence):
         first, *others = self.hypotheses
         said = mistakes_words(first.mistakes)
         if first.found and self.rest is None:
-            said = f"{_COUNTS.get(len(first.found), 'these explain')} it: {said}"
+            said = f"{_COUNTS.get(len(first.found), 'these explain')} the error: {said}"
         said += inertia_words(first.found)
         begins = ("" if self.rank == 1 else "or, less likely: ") + (
             "" if self.rest is None else "looks like: "
@@ -100,7 +103,7 @@ class Explained(Evidence):
             same = "; or ".join(
                 mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
             )
-            text += f". The file cannot tell this from {same}"
+            text += f". The file cannot distinguish this from: {same}"
         return text
 
     def _finding(self) -> Finding:
@@ -131,22 +134,22 @@ class Explained(Evidence):
 
     def _proof(self) -> str:
         """Say how much the cause explains, in whole runs and in which equation."""
-        said = (
-            f"Simulated with this, the error falls by a factor of {self.hypotheses[0].relief:.1g}"
-        )
+        said = relief_words(self.hypotheses[0].relief)
         if self.acceleration is not None:
             where, share, factor = self.acceleration
             said += (
-                f". The file's own {where} acceleration is off from the exact equations by "
-                f"{share_words(share)}; with this, {factor:.1g} times less"
+                f". The {where} acceleration in the file differs from that of the exact equations "
+                f"by {share_words(share)}. Equations with this mistake reduce the difference by a "
+                f"factor of {short_number(factor, 1)}"
             )
         if self.rest is None and self.left:
             # An integrator seldom makes an error larger than this, because it would be visible in a
             # plot.
-            other = ", or another cause" if self.left > TOLERANCE else ""
+            other = ", or from another cause" if self.left > TOLERANCE else ""
             said += (
-                f". What is left, typically {scale_words(self.left)}, is the integrator's error, "
-                f"or what this does not describe exactly{other}"
+                f". The remaining error is typically {scale_words(self.left, 'a column')}. It "
+                "comes from the integrator, or from details that the simulation does not "
+                f"reproduce{other}"
             )
         return said
 
@@ -157,11 +160,13 @@ class Explained(Evidence):
             return _CHECK_FORCES
         if self.as_given:
             return (
-                f"But the first row has {' and '.join(self.as_given)} as given: the motion is "
-                "another from the second row on, so look at the first step, not at the input"
+                f"But the first row has {' and '.join(self.as_given)} as given, and the motion "
+                "differs from the second row on. So look at the first step, not at the input"
             )
         text = "Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
-        is_of_start = not first.found and any(m.kind == "start" for m in first.mistakes)
+        is_of_start = not first.found and any(
+            m.kind == "start" and not m.code.startswith(MISPLACED) for m in first.mistakes
+        )
         return text + (_ABOUT_STARTS if is_of_start else "")
 
 
@@ -192,19 +197,20 @@ class LinearMotion(Evidence):
         rest = "Nothing else is wrong"
         if self.left > _NEGLIGIBLE_ERROR:
             rest = (
-                f"An error remains, typically {100 * self.left:.2g} % of the size of {worst} of "
-                f"maneuver {number} and less in roll and steer elsewhere; it can be the "
-                "integrator's: try a smaller step or tolerance"
+                f"An error remains, typically {short_number(100 * self.left)} % of the largest "
+                f"value of {worst} of maneuver {number} and less in roll and steer elsewhere. It "
+                "can be the integrator's: try a smaller step or tolerance"
             )
         if self.unknown:
             rest += (
-                f". Not compared: {', '.join(self.unknown)}, as programs of linear equations "
-                "compute energies in several ways"
+                f". Not compared: {', '.join(self.unknown)}, because programs with linear "
+                "equations compute energies in several ways"
             )
         return (
-            "These are motions of the linearised equations, at constant speed: compared with "
+            "These are motions of the linearised equations at constant speed. Compared with "
             "those, the typical error is smaller by a factor of "
-            f"{self.hypothesis.relief:.2g}. The benchmark asks for the nonlinear equations. {rest}"
+            f"{short_number(self.hypothesis.relief)}. The benchmark asks for the nonlinear "
+            f"equations. {rest}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -221,10 +227,7 @@ class LikeliestUntilThen(Evidence):
 
     def message(self) -> str:
         h = self.hypothesis
-        return (
-            f"The likeliest cause so far: {mistakes_words(h.mistakes)}. Simulated with this, "
-            f"the error falls by a factor of {h.relief:.1g}"
-        )
+        return f"The likeliest cause so far: {mistakes_words(h.mistakes)}. {relief_words(h.relief)}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"mistakes": list(self.hypothesis.codes), **_errors(self.hypothesis)}
@@ -252,16 +255,21 @@ class Integrator(Evidence):
         first = self.methods[0]
         if not self.is_explained:
             return (
-                f"Of the known methods {names} is the nearest, but explains a factor of "
-                f"{first.relief:.2g} only. If a smaller step leaves the error as it is, it is "
-                "another cause"
+                f"The error resembles that of {names}, but only in part: without that error, the "
+                "file would satisfy the equations of motion better by a factor of only "
+                f"{short_number(first.relief)}. If a smaller step does not reduce the error, look "
+                "for another cause"
             )
         said = (
-            f"The error is that of a method of order {first.order}, as of {names}: what the "
-            f"file leaves of the exact equations falls by a factor of {first.relief:.2g}. "
+            f"The error is that of a method of order {first.order}, such as {names}. Without that "
+            "error, the file would satisfy the equations of motion better by a factor of "
+            f"{short_number(first.relief)}. "
         )
         if not first.is_of_rows:
-            said += "Rows are no whole number of such steps apart, so it is another method. "
+            said += (
+                "The rows are not a whole number of such steps apart, so the program uses another "
+                "method of this order. "
+            )
         return f"{said}Take a smaller step, or a method of higher order"
 
     def numbers(self) -> Mapping[str, Any]:
@@ -302,15 +310,18 @@ class IntegratedBy(Evidence):
     def message(self) -> str:
         names = " or ".join(m.says for m in self.methods)
         h = self.hypothesis
-        said = "The error is " if self.is_sure else "The nearest of the methods known here is "
-        said += f"that of {names}" if self.is_sure else names
-        said += f". Run here, it lets the error fall by a factor of {h.relief:.1g}. "
+        said = "The error is that of " if self.is_sure else "The nearest known method is "
+        said += (
+            f"{names}. Compared with a run of this method, the error of the file is smaller by a "
+            f"factor of {short_number(h.relief, 1)}. "
+        )
         if not self.is_sure:
             return said + (
-                "In other coordinates it leaves another error. If a smaller step leaves the error "
-                "as it is, it is another cause"
+                "The rest may come from the coordinates of your program, on which the error of a "
+                "method depends. If a smaller step does not reduce the error, look for another "
+                "cause"
             )
-        rest = "Nothing else is seen" if self.rest is None else _rest_words(h, self.rest)
+        rest = "No other error is visible" if self.rest is None else _rest_words(h, self.rest)
         return f"{said}{rest}. Take a smaller step, or a method of higher order"
 
     def numbers(self) -> Mapping[str, Any]:
@@ -334,8 +345,9 @@ class Direction(Evidence):
     def message(self) -> str:
         h = self.hypothesis
         return (
-            f"What is wrong acts nearly like this: {mistakes_words(h.mistakes)}. What disagrees "
-            f"with the exact equations falls by a factor of {h.relief:.2g} with it"
+            f"The error acts nearly like this: {mistakes_words(h.mistakes)}. The file satisfies "
+            "equations with this mistake better than the exact ones, by a factor of "
+            f"{short_number(h.relief)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -368,16 +380,16 @@ class LeftOfEquations(Evidence):
         return self.above <= _MAX_RATIO_OF_EXPLICIT
 
     def message(self) -> str:
-        off = ", ".join(f"{name} by {share_words(share)}" for name, share in self.shares.items())
+        off = ", ".join(f"{share_words(share)} ({name})" for name, share in self.shares.items())
         said = (
-            "What the file leaves of the exact equations acts most in the equation of "
-            f"{self.acts_in}; accelerations are off: {off}. "
+            "The motion in the file does not quite satisfy the equations of motion, mainly that of "
+            f"{self.acts_in}. Its accelerations are off by {off}. "
         )
         if self.may_be_explicit:
-            return f"{said}An integrator leaves as much, a term of the model more"
+            return f"{said}An integrator can cause this much; a wrong term would cause more"
         return (
-            f"{said}That is {self.above:.2g} times what integrators leave in the rates, some 150 "
-            "times"
+            f"{said}This is {short_number(self.above)} times the mismatch between the rates and "
+            "the slopes of the angles; for an integrator's error the factor is at most about 150"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -408,21 +420,21 @@ class ForceUnexplained(Evidence):
     def message(self) -> str:
         shares = self.left.shares
         what = (
-            "What is left is more than an integrator's error: a higher order of this, or another "
-            "cause"
+            "The remaining error is larger than an integrator's. It is a nonlinear effect of this "
+            "mistake, or it has another cause"
             if self.is_beside
-            else "A force or a term is missing or too many, or constraints drift, slip or yield; "
-            "no known cause explains it"
+            else "The program has a force or a term too many, or lacks one, or its constraints "
+            "drift, slip or yield. No known cause explains the error"
         )
         said = (
             f"{what}. It acts most in the equation of {self.left.acts_in}: look there first. "
-            f"Accelerations are off by {share_words(shares['roll'])} (roll), "
+            f"Accelerations are off by {share_words(shares['roll'])} (roll) and "
             f"{share_words(shares['steer'])} (steer)"
         )
         if self.is_end:
             said += (
-                ". Two mistakes at once were not tried: --thorough (in Python thorough=True) "
-                "tries them"
+                ". Pairs of mistakes were not tried. To try them: --thorough (in Python "
+                "thorough=True)"
             )
         return said
 
@@ -448,14 +460,14 @@ class TorqueLaw(Evidence):
         where = "on the steer axis" if law.equation == "steer" else "that leans the bicycle"
         values = ", ".join(f"{of[x]:.3g} N m at {x:.2g} {unit}" for x in some)
         said = (
-            f"A torque {where} is there, or missing, that depends on the {law.variable} alone: as "
-            f"an odd function of it by its values, such as {values}, what disagrees with the exact "
-            f"equations falls by a factor of {law.relief:.2g} in the half of the run in which "
-            "these were not looked for"
+            f"The program has a torque {where} too many, or lacks one. The torque depends on the "
+            f"{law.variable} alone, as an odd function, for example {values}. It was fitted to one "
+            "half of the run. In the other half, the equations with this torque fit the file "
+            f"better by a factor of {short_number(law.relief)}"
         )
         if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
             said += (
-                ". It brakes: a friction. Look at what your program applies at this joint by "
+                ". It brakes, as friction does. Look at what your program applies at this joint by "
                 "default"
             )
         return said
@@ -498,17 +510,18 @@ class NoCauseFound(Evidence):
 
     def message(self) -> str:
         said = (
-            f"No usual mistake explains the difference: {self.tried} programs were tried. The "
-            f"largest error is {self.max_rel_error:.2g} of the scale, {self.key} of maneuver "
+            f"No known mistake explains the error: {self.tried} mistakes and combinations were "
+            f"tried. The largest error is {scale_words(self.max_rel_error, self.key)}, in maneuver "
             f"{self.maneuver}"
         )
         if self.are_equations_met:
-            said += ". The equations of motion are met"
+            said += ". The motion in the file satisfies the equations of motion"
         if self.closest:
             first = self.closest[0]
             said += (
-                f". The closest is: {mistakes_words(first.mistakes)}. It explains a factor of "
-                f"{first.relief:.2g} of what disagrees with the equations, and not all"
+                f". The nearest mistake is: {mistakes_words(first.mistakes)}. The file satisfies "
+                "equations with it better than the exact ones, but only by a factor of "
+                f"{short_number(first.relief)}"
             )
         return said
 
@@ -531,9 +544,9 @@ class UnitsBeside(Evidence):
     def message(self) -> str:
         units = " and ".join(in_units(self.units))
         return (
-            f"By that motion the file has {units}: the score, which knows the right motion only, "
-            "took other units, and its errors are too large. A unit in a heading, or in --columns "
-            "(roll_angle_deg), decides it"
+            f"That motion fits the file with other units: {units}. The score knows only the exact "
+            "motion, so it read other units, and its errors are too large. Name the units in the "
+            "headings, or with --columns (roll_angle_deg)"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -556,7 +569,7 @@ class NothingWrong(Evidence):
     signs: SignContradiction | None = None
 
     def _finding(self) -> Finding:
-        which = f"{named(self.keys)}: each" if self.keys else "every column"
+        which = f"{named(self.keys)}: each" if self.keys else "Every column"
         if self.signs is None:
             said = f"{which} is as exact as the digits written allow"
             return info("nothing_to_explain", said)
@@ -572,7 +585,7 @@ class MostlyZeros(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return "Most columns hold nothing but zeros"
+        return "Most columns contain only zeros"
 
 
 @dataclass(frozen=True, slots=True)
@@ -584,7 +597,7 @@ class NothingToDiagnose(Evidence):
 
     def message(self) -> str:
         return (
-            "the diagnosis looks at the benchmark's columns, and none of them has a value: "
+            "The diagnosis needs the benchmark's columns, and none of them has a value: "
             f"{', '.join(BENCHMARK_COLUMNS)}"
         )
 
@@ -594,7 +607,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
     number, key = rest
     return (
         f"There is something else: {key} of maneuver {number} is still off, typically by "
-        f"{scale_words(h.after[rest])}"
+        f"{scale_words(h.after[rest], 'it')}"
     )
 
 

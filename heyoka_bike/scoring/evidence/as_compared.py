@@ -259,7 +259,7 @@ class RowsOutside(Evidence):
 
     def message(self) -> str:
         first, last = (time_beside(t, self.duration) for t in (self.t_first, self.t_last))
-        question = f"; are they in {self.may_be_in}?" if self.may_be_in else ""
+        question = f"; are the times in {self.may_be_in}?" if self.may_be_in else ""
         rows = counted(self.rows, "row is", "rows are")
         return (
             f"{rows} left out, with times from {first} to {last} s: the reference covers 0 to "
@@ -337,10 +337,11 @@ class NeverFilled(Evidence):
             )
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
             said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
-        them = "it is" if len(self.columns) == 1 else "they are"
+        is_one = len(self.columns) == 1
+        these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
         return (
-            f"{', '.join(said)} in every row, although the exact values vary. Never filled in, so "
-            f"{them} left out of the result"
+            f"{', '.join(said)} in every row, although the exact values vary. {these} never filled "
+            f"in, so {are} left out of the result"
         )
 
     def numbers(self) -> Mapping[str, Any]:

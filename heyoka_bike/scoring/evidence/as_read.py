@@ -86,7 +86,7 @@ class NotCompared(Evidence):
                 columns=keys,
             )
         like = [f" ({x.key}?)" if x.key else "" for x in self.columns]
-        message = f"Columns with other names are left out: {quoted_names(names, like)}"
+        message = f"Columns with unknown names are left out: {quoted_names(names, like)}"
         return info("columns_left_out", message, **evidence)
 
 
@@ -294,8 +294,8 @@ class TimesAsDecimals(Evidence):
 
     def message(self) -> str:
         return (
-            f"The times are binary numbers next to multiples of 1e-{self.places} {self.unit}, and "
-            f"are read as exactly these decimals (for example "
+            f"The times differ from multiples of 1e-{self.places} {self.unit} only by binary "
+            f"rounding, and are read as these decimals (for example "
             f"{self.example:.{self.places}f} {self.unit})"
         )
 

@@ -18,7 +18,8 @@ from heyoka_bike.scoring.evidence.words import (
 from heyoka_bike.scoring.findings import Severity, named
 
 DEFAULT_CONVENTIONS = (
-    "Conventions: as by default (SI units, roll and steer positive to the right, V from the floor)"
+    "The file uses the default conventions: SI units, roll and steer positive to the right, "
+    "potential energy zero on the floor"
 )
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
@@ -226,7 +227,8 @@ class OtherUnit(Convention):
 
     def message(self) -> str:
         errors = errors_words(self.errors)
-        return f"{self.key} is in {self.unit}, not {self.default}: errors {errors} {self.default}"
+        unit, default = unit_text(self.unit), unit_text(self.default)
+        return f"{self.key} is in {unit}, not {default}: errors {errors} {default}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {**_of_convention(self), "unit": self.unit}
@@ -264,8 +266,8 @@ class UnitContradicted(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key}: the heading names the unit {self.heading}, but the values are in "
-            f"{self.unit}, and are read so. Correct the heading or the values"
+            f"{self.key}: the heading names the unit {unit_text(self.heading)}, but the values fit "
+            f"{unit_text(self.unit)} and are read in this unit. Correct the heading or the values"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -366,14 +368,16 @@ def _senses(turned: Sequence[str]) -> Iterable[str]:
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
-        yield f"{named(others, KEYS_NAMED)} with the opposite sign, as in other axes"
+        have = "has" if len(others) == 1 else "have"
+        yield f"{named(others, KEYS_NAMED)} {have} the opposite sign, as in other axes"
 
 
 def in_units(units: Mapping[str, str]) -> Iterable[str]:
-    """Format the units of columns, as "roll_angle, steer_angle in degree"."""
+    """Format the units of columns, as "roll_angle, steer_angle are in degree"."""
     for unit in dict.fromkeys(units.values()):
         keys = [key for key, u in units.items() if u == unit]
-        yield f"{named(keys, KEYS_NAMED)} in {unit}"
+        are = "is" if len(keys) == 1 else "are"
+        yield f"{named(keys, KEYS_NAMED)} {are} in {unit_text(unit)}"
 
 
 def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:

@@ -27,10 +27,10 @@ class TimeShift(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        starts = f"; the first row, at {self.shift:.6g} s, contains the initial state"
+        starts = f". The first row, at {self.shift:.6g} s, contains the initial state"
         return (
             f"All times are {abs(self.shift):.9g} s too {'late' if self.shift > 0 else 'early'}: "
-            f"if {'subtracted' if self.shift > 0 else 'added'}, the motion "
+            f"after this is {'subtracted' if self.shift > 0 else 'added'}, the motion "
             f"fits{starts if self.begins_at_start else ''}. The errors listed here are for the "
             "times as written"
         )
@@ -130,8 +130,8 @@ class EnergyHidesError(Evidence):
         part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
         return (
             f"{maneuvers(self.maneuvers).capitalize()}: the energy is within the limit of eq. (1), "
-            f"but {self.key} is wrong by up to {part} % of its scale. The energy alone does not "
-            "show this error"
+            f"but {self.key} is wrong by up to {part} % of its largest value. The energy alone "
+            "does not show this error"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -19,7 +19,8 @@ class TooFar(Evidence):
 
     def message(self) -> str:
         return (
-            "Half of the columns or more are off by half their own size, too much for a diagnosis. "
+            "Half of the columns or more are off by half of their largest value or more, too much "
+            "for a diagnosis. "
             "Check the first rows, and that the columns are the benchmark's, in its order and "
             "units. Try a short run"
         )
@@ -50,7 +51,7 @@ class BlownUp(Evidence):
     def message(self) -> str:
         return (
             f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by up to "
-            f"{self.max_rel_error:.2g} times its size, and by more than half of it from "
+            f"{self.max_rel_error:.2g} times its largest value, and by more than half of it from "
             f"{self.time:.3g} s on. Compare only the rows before that time"
         )
 
@@ -73,9 +74,9 @@ class ErrorOfRounding(Evidence):
 
     def message(self) -> str:
         return (
-            f"The error is at most {self.max_rel_error:.1g} of the scale, as small as rounding of "
-            "binary64 arithmetic during a run. If it does not fall with the tolerance or the step "
-            f"({_BOTH_TOLERANCES}), it is the arithmetic, not the model"
+            f"The error is at most {self.max_rel_error:.1g} of a column's largest value, as small "
+            "as rounding of binary64 arithmetic during a run. If a smaller tolerance or step does "
+            f"not reduce it ({_BOTH_TOLERANCES}), it comes from the arithmetic, not from the model"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -108,12 +109,13 @@ class SmoothError(Evidence):
 
     def message(self) -> str:
         said = (
-            "The error is smooth. Halve the step or divide the tolerance by ten: if the error "
-            "falls, it is the integrator's; if it stays, it is not"
+            "The error is smooth. Halve the step or divide the tolerance by ten. If the error "
+            "falls, it is the integrator's. If it stays, look for another cause"
         )
         if self.missing:
             said += (
-                f". To have the equations of motion checked, add {named(self.missing)} to the file"
+                f". If the file also has {named(self.missing)}, the diagnosis checks the equations "
+                "of motion"
             )
         return said
 
@@ -142,9 +144,10 @@ class WorkFromStart(Evidence):
         each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in self.powers.items())
         forces = ", ".join(f"{x:.3g} N" for x in self.forces.values())
         return (
-            f"From the first row on the kinetic energy changes by {each}, but gravity does no work "
-            f"there. A force of {forces} along the motion does: drag, wind, a slope or a drive. If "
-            "it falls with the step, it is the integrator"
+            f"From the first row on, the kinetic energy changes at a rate of {each}, although "
+            f"gravity does no work there. A force of {forces} along the motion would cause this: "
+            "drag, wind, a slope or a drive. If a smaller step reduces the rate, the integrator "
+            "causes it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -177,9 +180,9 @@ class Unsymmetric(Evidence):
 
     def message(self) -> str:
         return (
-            f"The error of {self.key} begins in maneuver {self.large} only {self.times:.2g} times "
-            f"as large as in maneuver {self.small}, which has a far smaller roll rate. Look for an "
-            "asymmetry (mass, axis, torque, wind, slope) or a constant friction"
+            f"In the first rows, the error of {self.key} is only {self.times:.2g} times as large "
+            f"in maneuver {self.large} as in maneuver {self.small}, which has a far smaller roll "
+            "rate. Look for an asymmetry (mass, axis, torque, wind, slope) or a constant friction"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -207,7 +210,11 @@ class BeginsAs(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        power = {1: "the time", 2: "its square", 3: "its cube, or a higher power"}[self.order]
+        power = {
+            1: "the time",
+            2: "the square of the time",
+            3: "the cube of the time, or to a higher power of it",
+        }[self.order]
         rates = " or ".join(key.replace("angle", "rate") for key in self.keys)
         why = {
             1: (
@@ -220,8 +227,9 @@ class BeginsAs(Evidence):
         }[self.order]
         many = len(self.keys) > 1
         return (
-            f"The error{'s' * many} of {' and '.join(self.keys)} of {maneuvers(self.maneuvers)} "
-            f"begin{'s' * (not many)} in proportion to {power}. Typical causes: {why}"
+            f"In the first rows of {maneuvers(self.maneuvers)}, the error{'s' * many} of "
+            f"{' and '.join(self.keys)} grow{'s' * (not many)} in proportion to {power}. Typical "
+            f"causes: {why}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -250,13 +258,14 @@ class EnergyTrend(Evidence):
         if max(self.changes) > 0.0:
             said = (
                 f"The mechanical energy grows steadily{every}, as with a drive in the model or an "
-                "explicit method of low order. If the growth falls with the step, it is the method"
+                "explicit method of low order. If a smaller step reduces the growth, the method "
+                "causes it"
             )
             return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
         said = (
             f"The mechanical energy falls steadily{every}, as with a damper, drag, a slipping "
-            "contact or numerical damping. If a smaller step or tolerance reduces the loss, it is "
-            "numerical damping"
+            "contact or numerical damping. If a smaller step or tolerance reduces the loss, "
+            "numerical damping causes it"
         )
         return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
 
@@ -291,9 +300,9 @@ class EnergyVaries(Evidence):
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
         )
         return (
-            f"The mechanical energy changes by up to {each}. If the change falls with the step, it "
-            "is the integrator. Otherwise a force does work, or stores energy that is missing from "
-            "the sum"
+            f"The mechanical energy changes by up to {each}. If a smaller step reduces the change, "
+            "the integrator causes it. Otherwise a force does work, or stores energy that is "
+            "missing from the sum"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -424,7 +433,7 @@ class IterationNoise(Evidence):
         return (
             "The velocities jump from row to row, much more than the angles. Tighten the Newton "
             "tolerance; a smaller step does not help. If the jumps remain, check contact and "
-            "friction, or rounding if they are below 1e-8 of the scale"
+            "friction, or rounding if they are below 1e-8 of the largest value"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -495,8 +504,8 @@ class RightElsewhere(Evidence):
         is_are = "is" if len(self.wrong) == 1 else "are"
         return (
             f"Only {maneuvers(self.wrong)} {is_are} wrong: the largest error of "
-            f"{maneuvers(self.right)} is {self.max_rel_error:.1g} of the scale. So look for input "
-            f"or settings of your program that differ in {maneuvers(self.wrong)}"
+            f"{maneuvers(self.right)} is {self.max_rel_error:.1g} of a column's largest value. So "
+            f"look for input or settings of your program that differ in {maneuvers(self.wrong)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:

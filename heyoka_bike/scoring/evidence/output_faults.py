@@ -289,8 +289,8 @@ class TimesAddedUp(Evidence):
         )
         return (
             f"The rows are correct at multiples of {self.step:g} s, but the written times drift "
-            f"away from these by up to {self.creep:.2g} s, {how}. Write the row number times the "
-            "step"
+            f"away from these by up to {self.creep:.2g} s, {how}. Compute each time as the row "
+            "number multiplied by the step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -323,7 +323,7 @@ class ColumnRatio(Evidence):
     def message(self) -> str:
         times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
         more = "" if not self.offset else f" {'+-'[self.offset < 0]} {abs(self.offset):.6g} (SI)"
-        unit = f", as if in {self.unit}" if self.unit else ""
+        unit = f", as if in {unit_text(self.unit)}" if self.unit else ""
         return (
             f"{self.key} of {maneuvers(self.maneuvers)} is {times}the exact value{more}{unit}. "
             "Check how this column is computed and written"
@@ -515,7 +515,7 @@ class Remainder(Evidence):
     def message(self) -> str:
         return (
             "Nothing else is wrong: with this corrected, the largest error is "
-            f"{self.max_rel_error:.1g} of the scale ({self.place})"
+            f"{self.max_rel_error:.1g} of the column's largest value ({self.place})"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -669,8 +669,9 @@ class Departs(Evidence):
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         return (
-            f"Maneuver {self.maneuver}{by} is right to {self.before:.1g} of the scales until "
-            f"{self.t_right:.6g} s, but off by {self.after:.2g} from {self.time:.6g} s {what}"
+            f"Maneuver {self.maneuver}{by} is right to {self.before:.1g} of the columns' largest "
+            f"values until {self.t_right:.6g} s, but off by {self.after:.2g} of them from "
+            f"{self.time:.6g} s {what}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -766,12 +767,15 @@ class AnotherStart(Evidence):
 
     def message(self) -> str:
         said = (
-            f"Maneuver {self.maneuver} begins with a {self.key.replace('_', ' ')} of "
-            f"{self.found:.9g} {unit_text(self.unit)} in its first row; "
-            f"{self.given:.9g} is given"
+            f"In its first row, maneuver {self.maneuver} has a {self.key.replace('_', ' ')} of "
+            f"{self.found:.9g} {unit_text(self.unit)}; the given initial value is "
+            f"{self.given:.9g}"
         )
         if self.told:
-            said += f". The ratio is {self.found / self.given:.6g}, as if it were in {self.told}"
+            said += (
+                f". The ratio is {self.found / self.given:.6g}, as if it were in "
+                f"{unit_text(self.told)}"
+            )
         return said
 
     def numbers(self) -> Mapping[str, Any]:
@@ -830,7 +834,7 @@ class ColumnsApart(Evidence):
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
         return (
             f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
-            f"{self.error_of_others:.1g} of their scales, so the integrator and the equations are "
+            f"{self.error_of_others:.1g} of their largest values, so integrator and equations are "
             f"correct. Check how {these} computed and written"
         )
 
@@ -879,8 +883,8 @@ class ColumnBeside(Evidence):
             more = {"factor": self.fit.factor, "offset": self.fit.offset}
         else:
             said = (
-                f"is wrong by up to {self.max_rel_error:.2g} of its scale, {alone}. Neither a "
-                f"factor nor an offset explains it. {advice}"
+                f"is wrong by up to {self.max_rel_error:.2g} of its largest value, {alone}. "
+                f"Neither a factor nor an offset explains it. {advice}"
             )
         where = f"{self.key} of maneuver {', '.join(map(str, self.maneuvers))}"
         return warning(

@@ -224,20 +224,21 @@ class ErrorStays(Evidence):
         numbers = {"columns": list(self.places), "max_rel_error": self.max_rel_error}
         if self.how == Staying.ROUNDING:
             said = (
-                f"{places}: the error, at most {size} of the scale, does not fall with the "
+                f"{places}: the error, at most {size} of the largest value, does not fall with the "
                 f"{self.by}. At this size it is rounding of binary64 arithmetic, not the model. "
                 "Only a longer number format makes it smaller"
             )
             return info("limited_by_rounding", said, **numbers)
         if self.how == Staying.NOISE:
             said = (
-                f"{places}: the error, up to {size} of the scale, does not fall with the "
+                f"{places}: the error, up to {size} of the largest value, does not fall with the "
                 f"{self.by} and is a different curve in each run. It is noise, not the model: from "
                 "single-precision numbers (1e-7), loose iterations or rough interpolation"
             )
             return warning("noise_does_not_fall", said, **numbers)
         said = (
-            f"{places}: the error, up to {size} of the scale, is the same curve in both runs, "
+            f"{places}: the error, up to {size} of the largest value, is the same curve in both "
+            "runs, "
             f"whatever the {self.by}. It comes from the model, its parameters, the initial "
             "conditions or the output, not from the integrator. Run heyoka-bike diagnose"
         )

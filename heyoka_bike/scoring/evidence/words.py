@@ -18,10 +18,13 @@ def unit_text(unit: str) -> str:
 
 
 def odds_words(odds: Odds) -> str:
-    """Format the odds of a definition, as "300 to 1 against wheel_spin"."""
-    if odds.against is None:
-        return f"{ratio_words(odds.log10)} against an unknown definition"
-    return f"{ratio_words(odds.log10)} against {odds.against}"
+    """Format the odds of a definition, as "300 times as likely as wheel_spin"."""
+    other = odds.against or "an unknown definition"
+    first, _, second = ratio_words(odds.log10).partition(" to ")
+    if second == "1":
+        times = "" if first == "1" else f"{first} times "
+        return f"{times}as likely as {other}"
+    return f"{second} times less likely than {other}"
 
 
 def ratio_words(power: float) -> str:
@@ -40,6 +43,11 @@ def ratio_words(power: float) -> str:
 def open_words(names: Sequence[str]) -> str:
     """List the other definitions that fit as well; empty if there is none."""
     return f"may also be {' or '.join(names)}" if names else ""
+
+
+def short_number(x: float, digits: int = 2) -> str:
+    """Format a number with few significant digits, as "100", "0.019" or "3e+10"."""
+    return f"{float(f'{x:.{digits}g}'):g}"
 
 
 def errors_words(errors: Errors) -> str:

@@ -130,7 +130,12 @@ def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results
     if held == [None]:
         return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
     raise InputError(
-        f"found maneuver {number} for results of {maneuvers(n for n in held if n)}; leave out "
-        "the number",
+        f"found maneuver {number} for results of {_held_words(held)}; leave out the number",
         file=results.path,
     )
+
+
+def _held_words(held: Sequence[int | None]) -> str:
+    """List the maneuvers of results; count those without a number."""
+    numbers = [n for n in held if n is not None]
+    return maneuvers(numbers) if numbers else f"{len(held)} maneuvers without numbers"

@@ -31,8 +31,8 @@ _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
 _MOST_DECADES, _MOST_OF_PROGRAMS = 10, 16
 _LOWEST_ERROR = 1e-40
 _MOST_ORDER = 12  # largest observed order that the guides take into account
-_RELATIVE = "error / scale of the column"
-_LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
+_RELATIVE = "error / largest value of the column"
+_LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the largest value")
 
 
 def legend(items: Sequence[tuple[str, str, str]]) -> str:
@@ -81,8 +81,8 @@ def all_errors(m: ManeuverScore) -> str:
     if not peaks:
         return empty("The error is exactly 0 in every row of every column.")
     low, high = min(peaks + [n.value for n in notches]), max(*peaks, 2 * TOLERANCE)
-    about = f"Errors of all columns of maneuver {m.maneuver} over time, relative to the scale of "
-    about += "the column, logarithmic"
+    about = f"Errors of all columns of maneuver {m.maneuver} over time, relative to the largest "
+    about += "value of the column, logarithmic"
     drawn = chart(
         run_time([m]), draw.decades(low, high), lines, about=about, title=_RELATIVE,
         height=_ALL_HEIGHT, levels=[_LEVEL_OF_TOLERANCE], notches=notches,

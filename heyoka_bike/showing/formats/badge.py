@@ -10,7 +10,7 @@ from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.showing.wording.grade_text import WORDS, file_grade, style_of
-from heyoka_bike.showing.wording.number_text import one_decimal
+from heyoka_bike.showing.wording.number_text import correct_digits
 from heyoka_bike.showing.wording.run_text import chosen
 from heyoka_bike.showing.wording.verdict_text import PHRASES
 
@@ -43,5 +43,5 @@ def _message(report: Report) -> str:
     if found is None:
         return PHRASES["nothing"]
     part = "" if report.is_whole else PHRASES["in_part"]
-    digits = one_decimal(max(found.scd, 0.0))
+    digits = correct_digits(max(found.scd, 0.0))
     return f"{WORDS[file_grade(report)]}{part}, {digits} {PHRASES['correct_digits']}"

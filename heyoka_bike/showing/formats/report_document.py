@@ -49,20 +49,22 @@ _COLUMNS_OF_SCORES = (
         leave_out=2,
     ),
     doc.TableColumn(
-        doc.Words("relative", "rel.\nerror"),
+        doc.Words("relative error", "rel.\nerror"),
         "largest error / largest absolute value of the reference",
         leave_out=4,
     ),
     doc.TableColumn("scd", "significant correct digits: -log10 of the relative error"),
-    doc.TableColumn("mescd", "-log10 of the error / (1 + value)", leave_out=1),
+    doc.TableColumn(
+        "mescd", "-log10 of the largest abs(error) / (1 + abs(exact value))", leave_out=1
+    ),
     doc.TableColumn(
         "floor",
-        "largest error of exact values after rounding to the digits of the file",
+        "largest error that rounding to the digits of the file causes",
         leave_out=3,
     ),
     doc.TableColumn(
         doc.Words("above 1e-3 [s]", "above\n1e-3 [s]"),
-        "first time at which the error exceeds 1e-3 of the scale",
+        "first time at which the error exceeds 1e-3 of the largest value",
     ),
     doc.TableColumn(
         "as written",
@@ -270,7 +272,7 @@ def _score(c: ColumnScore) -> list[str | doc.Cell]:
         number_text.plain(c.time_of_max),
         _error(c.rms_error),
         number_text.number(c.max_rel_error),
-        number_text.one_decimal(c.scd),
+        number_text.correct_digits(c.scd),
         number_text.one_decimal(c.mescd),
         number_text.number(c.floor),
         column_text.first_above(c),
@@ -441,7 +443,7 @@ def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
     if not known:
         return doc.Cell("-", grade=Grade.UNKNOWN)
     fewest = min(c.scd for c in known if c.scd is not None)
-    return doc.Cell(number_text.one_decimal(fewest), grade=max(c.grade for c in known))
+    return doc.Cell(number_text.correct_digits(fewest), grade=max(c.grade for c in known))
 
 
 def _taken(columns: Sequence[ColumnScore]) -> str:

@@ -76,8 +76,10 @@ def closing(
     """Return the lines below a report without details: the next step, and the written files."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     names = ", ".join(map(printable, written))
-    pages = f"written: {names}" if written else "with charts: -o report.html"
-    more = f"errors of each maneuver: --details; {pages}"
+    pages = "" if written else "; -o report.html writes a report with charts"
+    more = f"options: --details adds the errors of each maneuver{pages}"
+    if written:
+        more = f"{more}; written: {names}"
     blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
     return "\n" + text.render(blocks, width, has_colors)
 
@@ -110,7 +112,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
             break
         shown.append(said)
     left = len(told) - len(shown)
-    more = [f"{counted(left, 'more remark')}: --details"] if left else []
+    more = [f"{counted(left, 'more remark')} with --details"] if left else []
     return "\n".join([head, *shown, *more, *stops])
 
 
@@ -120,7 +122,7 @@ def _filled(paragraph: str) -> str:
 
 def _report(report: Report) -> Iterator[_Entry]:
     digits = (
-        f"maneuver {m.maneuver}: {number_text.one_decimal(m.worst and m.worst.scd)}"
+        f"maneuver {m.maneuver}: {number_text.correct_digits(m.worst and m.worst.scd)}"
         for m in report.maneuvers
     )
     judged = (
@@ -186,11 +188,11 @@ def _next(report: Report, in_python: bool) -> str:
     if own := verdict_text.own_definitions(report):
         meant = "which point or axis" if len(own) == 1 else "which points or axes"
         command = _call(report) if in_python else _command("diagnose", report)
-        return f"check {meant} {named(own)} refers to; if it is the usual one: {command}"
+        return f"check {meant} {named(own)} refers to; if it is the usual one, run {command}"
     if found in (Grade.WRONG, Grade.CLOSE):
         said = _call(report) if in_python else _command("diagnose", report)
-        more = "; a smaller step may suffice" if found == Grade.CLOSE else ""
-        return f"why it differs: {said}{more}"
+        more = ", or try a smaller step" if found == Grade.CLOSE else ""
+        return f"run {said} to find the cause{more}"
     if report.not_compared:
         return "name each column by its quantity, and write only computed columns"
     if missing := _missing(report):
@@ -205,8 +207,9 @@ def _next(report: Report, in_python: bool) -> str:
     least = [f"scd >= {min(digits, _MOST_REQUIRED)}",
              f"coverage >= {math.floor(1000 * covered) / 1000:g}"]  # fmt: skip
     if in_python:
-        return f"keep it so, in a test: require={json.dumps(least)}"
-    return "keep it so, in a test: " + " ".join(f"--require {shlex.quote(x)}" for x in least)
+        return f"to test this automatically, add require={json.dumps(least)}"
+    options = " ".join(f"--require {shlex.quote(x)}" for x in least)
+    return f"to test this automatically, add {options}"
 
 
 def _missing(report: Report) -> list[str]:
@@ -218,11 +221,11 @@ def _missing(report: Report) -> list[str]:
 def _next_of_series(series: Series, in_python: bool) -> str:
     if not series.is_one_program:
         save = 'save("report.html")' if in_python else "-o report.html"
-        return f"the whole report with charts: {save}"
+        return f"{save} writes the whole report with charts"
     best: Run = series.runs[-1]
     if in_python:
-        return "the report of the finest run: series[-1]"
-    return f"the report of the finest run: {_command('score', best.report)}"
+        return "series[-1] is the report of the finest run"
+    return f"run {_command('score', best.report)} for the report of the finest run"
 
 
 def _call(report: Report) -> str:

@@ -4,6 +4,7 @@ import math
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence.words import unit_text
+from heyoka_bike.scoring.grades import digits_text
 
 
 def sentence(text: str) -> str:
@@ -30,8 +31,13 @@ def plain(x: float | None, digits: int = 4) -> str:
     return "-" if x is None or not math.isfinite(x) else f"{x:.{digits}g}"
 
 
+def correct_digits(x: float | None) -> str:
+    """Return correct digits as `digits_text`; ``-`` if unknown."""
+    return "-" if x is None or not math.isfinite(x) else digits_text(x)
+
+
 def one_decimal(x: float | None) -> str:
-    """Return correct digits, or an order, to one decimal; ``-`` if unknown."""
+    """Return an order of convergence, or mescd, to one decimal; ``-`` if unknown."""
     # Adding 0.0 turns -0.0 into 0.0.
     return "-" if x is None or not math.isfinite(x) else f"{round(x, 1) + 0.0:.1f}"
 

@@ -10,7 +10,7 @@ from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
 from heyoka_bike.scoring.evidence.several_runs import ManeuversDiffer
 from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Finding, Severity, named
-from heyoka_bike.scoring.grades import MOST_DIGITS, Grade
+from heyoka_bike.scoring.grades import MOST_DIGITS, Grade, digits_text
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ManeuverScore, Place
@@ -34,16 +34,17 @@ PHRASES = {
     "bad_time": "cannot be judged: a time is not finite",
     "signs_of": ", for the signs of ",
     "contradict": " contradict each other; apart from that",
-    "own_definition": ": a definition of its own? If not, ",
-    "own_definitions": ": definitions of their own? If not, ",
+    "own_definition": " has a definition of its own, or the file is ",
+    "own_definitions": " have definitions of their own, or the file is ",
 }
 """Phrases of the verdict; `workbench.checker.header` copies them and `WORDS` for the C checker."""
 
 DOES_NOT_COUNT = {
-    DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
-    DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
-    DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
-    DoesNotCount.FEW_DIGITS: "the digits written do not decide it",
+    DoesNotCount.NOT_ITS_SUM: "the energy is not the file's own potential plus kinetic energy",
+    DoesNotCount.NOT_TRUE: "the energy is not the exact one, and the file's potential and kinetic "
+    "energies do not confirm it",
+    DoesNotCount.ANOTHER_START: "the energy does not begin with the exact value",
+    DoesNotCount.FEW_DIGITS: "the energy has too few digits to decide it",
 }
 """Reasons why the result of eq. (1) does not count."""
 
@@ -78,10 +79,10 @@ def worst_words(report: Report) -> str:
     if found.scd >= MOST_DIGITS:
         return "no error in any column"
     if found.scd < 0:
-        wrong = f"{readable(c.max_rel_error)} times its scale"
+        wrong = f"{readable(c.max_rel_error)} times its largest value"
         return f"{PHRASES['no_digit']} ({where}, wrong by {wrong})"
-    limit = ", all its digits allow" if c.is_at_floor() else ""
-    said = f"{PHRASES['worst']} {found.scd:.1f} {PHRASES['correct_digits']}"
+    limit = ", limited by the digits written" if c.is_at_floor() else ""
+    said = f"{PHRASES['worst']} {digits_text(found.scd)} {PHRASES['correct_digits']}"
     return f"{said} ({where}{limit})"
 
 
@@ -122,7 +123,7 @@ def _outcome(m: ManeuverScore) -> str:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
     so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
     limit = limit_words(m.performance_limit)
-    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
+    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: the limit is {limit}"
 
 
 def requirement_words(scored: Report | Series) -> str:
@@ -212,8 +213,8 @@ def performance_remark(report: Report) -> str:
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
     return (
-        f"{found}. It sees only whether the file's own energy stays constant; angles, rates and "
-        "speed may be wrong all the same"
+        f"{found}. Eq. (1) checks only whether the file's own energy stays constant. Angles, rates "
+        "and speed may still be wrong"
     )
 
 

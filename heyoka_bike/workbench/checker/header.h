@@ -1374,6 +1374,10 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
         at = ub_put(text, size, at, ", " UB_NO_DIGIT " (");
     else {
         n = (int)floor(10 * digits + 0.5);
+        /* Do not round up to the limit of a better grade. */
+        if ((digits < BICYCLE_CLOSE_DIGITS && n >= 10 * BICYCLE_CLOSE_DIGITS) ||
+            (digits < BICYCLE_RIGHT_DIGITS && n >= 10 * BICYCLE_RIGHT_DIGITS))
+            n = (int)floor(10 * digits);
         at = ub_put(text, size, at, ", " UB_WORST " ");
         at = ub_put_number(text, size, at, n / 10);
         at = ub_put(text, size, at, ".");

@@ -1,6 +1,6 @@
 /* Scores the columns of a text with the compiled functions of the header. */
 
-const { keys, units, words, signs, styles, meanings, phrases, headings, unitWords, timeUnits } = data;
+const { keys, units, words, signs, styles, meanings, phrases, limits, headings, unitWords, timeUnits } = data;
 const GIVEN = { log: Math.log, log10: Math.log10, sin: Math.sin, cos: Math.cos, atan2: Math.atan2, pow: Math.pow };
 const bytes = Uint8Array.from(atob(data.wasm), (c) => c.charCodeAt(0));
 const judge = new WebAssembly.Instance(new WebAssembly.Module(bytes), { env: GIVEN }).exports;

@@ -66,7 +66,11 @@ const guessText = (maneuver, rivals) => `The file does not name its maneuver. It
 /* ---- Showing ---- */
 
 const seconds = (t) => String(Number(t.toPrecision(6)));
-const oneDecimal = (x) => (x < 0 && x > -0.05 ? 0 : x).toFixed(1);
+// Correct digits to one decimal, never rounded up to the limit of a better grade.
+const oneDecimal = (x) => {
+  const rounded = Number((x < 0 && x > -0.05 ? 0 : x).toFixed(1));
+  return (limits.some((limit) => x < limit && limit <= rounded) ? Math.floor(10 * x) / 10 : rounded).toFixed(1);
+};
 const label = (cell) => `${phrases.maneuver} ${cell.maneuver} ${keys[cell.key]}`;
 const inWords = (key) => key.replaceAll("_", " ");
 const title = (cell) => `${phrases.maneuver} ${cell.maneuver}, ${inWords(keys[cell.key])}`;

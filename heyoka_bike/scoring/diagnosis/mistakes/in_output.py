@@ -165,8 +165,8 @@ ROWS_LATE = {
 
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     clock_mistake("one_step_late", "each row is written one step late", _MOMENT, shift=-1.0),
-    clock_mistake("one_step_early", "each row is written one step early, or the first one at "
-                  "t = h", _MOMENT, shift=1.0),
+    clock_mistake("one_step_early", "each row is written one step early: the first row has "
+                  "the state at t = h", _MOMENT, shift=1.0),
     clock_mistake("half_step_late", "each row is written half a step late", _MOMENT, shift=-0.5),
     clock_mistake("half_step_early", "each row is written half a step early", _MOMENT, shift=0.5),
     *(output_mistake(f"{which}_differences", f"the rates are {which} differences of the angles",

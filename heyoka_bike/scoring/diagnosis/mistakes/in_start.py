@@ -16,6 +16,9 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 
 _ONE_DEGREE = pi / 180
 
+MISPLACED = "maneuver_"
+"""Beginning of the codes of maneuvers that are written in the place of others."""
+
 
 def _place(sources: Mapping[int, int]) -> Mistake:
     """A mistake that writes maneuvers in the place of others.
@@ -30,7 +33,7 @@ def _place(sources: Mapping[int, int]) -> Mistake:
 
     told = [f"maneuver {held} is in the place of maneuver {n}" for n, held in sources.items()]
     return Mistake(
-        "maneuver_" + "_".join(f"{held}_as_{n}" for n, held in sources.items()),
+        MISPLACED + "_".join(f"{held}_as_{n}" for n, held in sources.items()),
         ", and ".join((", ".join(told[:-1]), told[-1]) if told[:-1] else told),
         "the initial speed and roll rate of each maneuver, and which rows are written where",
         "start",

@@ -575,7 +575,7 @@ def _of_the_state() -> dict[str, Force]:
     odd: list[tuple[tuple[str, ...], str]] = [((), "")]
     even = [*odd]
     for x in PLACE_IN_STATE:
-        odd += [((x,), f" the {x}"), ((x, x), f" the {x} times its size")]
+        odd += [((x,), f" the {x}"), ((x, x), f" the {x} times its absolute value")]
         odd += [((x, x, x), f" the cube of the {x}")]
     for x, y in combinations_with_replacement(PLACE_IN_STATE, 2):
         even.append(((x, y), f" the square of the {x}" if x == y else f" the {x} times the {y}"))
@@ -583,7 +583,9 @@ def _of_the_state() -> dict[str, Force]:
     for i, (where, what) in enumerate(_ALONG):
         for (names, term), power in product(even if i == 2 else odd, range(3)):
             times = " times" if term and power else ""
-            says = f"{what} over{term}{times}{_POWERS_OF_SPEED[power]}"
+            says = (
+                f"coefficient of a {what} (proportional to{term}{times}{_POWERS_OF_SPEED[power]})"
+            )
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
@@ -595,11 +597,11 @@ OF_THE_STATE = _of_the_state()
 """Forces that are fitted only if no other force explains a file."""
 
 FORWARD: Mapping[str, Force] = {
-    "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
-                      _drag("v_B")),
+    "air_drag": Force("drag coefficient (force / squared speed) at the rear frame's centre of mass",
+                      "kg m-1", 0.1, _drag("v_B")),
     **{name: force for where, point, law in _POINTS_OF_FORCES for name, force in (
-        (f"{where}_drag", Force(f"drag over the forward speed squared at the {point}", "kg m-1",
-                                0.1, _forward_drag(law))),
+        (f"{where}_drag", Force(f"drag coefficient (force / squared forward speed) at the {point}",
+                                "kg m-1", 0.1, _forward_drag(law))),
         (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
                          _slope_of_ground(_AHEAD_AXIS), turned=_weightless("RBHF")),
@@ -642,21 +644,22 @@ FORCES: Mapping[str, Force] = {
                             _along(0, ["roll angle"], sign=-1.0)),
     "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
                          _along(0)),
-    "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
-                      lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
+    "air_lift": Force("lift coefficient (force / squared speed) at the rear frame's centre of mass",
+                      "kg m-1", 0.1, lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE), turned=_weightless("RBHF")),
-    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH")),
-    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B")),
-    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H")),
-    "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
-                     _scrub("B")),
-    "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
-                     _scrub("H")),
-    **{f"side_{b}": Force(f"place of the {_BODIES[b]}'s centre of mass to the right", "m", 1e-3,
-                          _to_the_side(b), squared=_to_the_side_squared(b), is_inertial=True)
+    "crown": Force("radius of the tyres' cross-section", "m", 1e-3, _crown("BH")),
+    "crown_R": Force("radius of the rear tyre's cross-section", "m", 1e-3, _crown("B")),
+    "crown_F": Force("radius of the front tyre's cross-section", "m", 1e-3, _crown("H")),
+    "scrub_R": Force("damping of the rear tyre about the vertical (torque / yaw rate)", "N m s",
+                     0.1, _scrub("B")),
+    "scrub_F": Force("damping of the front tyre about the vertical (torque / yaw rate)", "N m s",
+                     0.1, _scrub("H")),
+    **{f"side_{b}": Force(f"distance of the {_BODIES[b]}'s centre of mass to the right of the "
+                          "plane of symmetry", "m", 1e-3, _to_the_side(b),
+                          squared=_to_the_side_squared(b), is_inertial=True)
        for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))

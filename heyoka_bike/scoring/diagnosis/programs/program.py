@@ -464,5 +464,5 @@ def other_values(
             right, what = beginning(program, maneuver)[place], _INITIAL + INITIAL_STATE[place]
         found.append(FittedValue(what, maneuver, right + change, right, uncertain[name]))
     code = "_".join(["other", *changes])
-    check = ("it" if len(found) == 1 else "them") + " in your input"
+    check = ("this parameter" if len(found) == 1 else "these parameters") + " in your input"
     return FittedValues(code, "", check, kind, lambda p: changed(p, changes), tuple(found))
