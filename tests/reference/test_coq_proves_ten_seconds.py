@@ -141,7 +141,11 @@ DAMAGES = {
     "errors grow less": swapped("Certificate3", r"\]\] (\d+)", moved(-300)),
     "the frame is another": swapped("Certificate3", r"Certificate\s+\[\s+\[\((\d+) #", moved(1)),
     "the tube is wider": swapped(
-        "Certificate3", r"\]\]?\s+\((\d+) # \d+\)\.", lambda n: str(4 * int(n))
+        "Certificate3", r"\]\]\s+\((\d+) # \d+\) \(", lambda n: str(4 * int(n))
+    ),
+    "the claim is less": swapped("Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(2 * int(n))),
+    "the claim is beyond the slopes": swapped(
+        "Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(int(n) // 1000)
     ),
     "the bound is less": entry_of_the_first_block,
     "another start": swapped("Certificate3", r"\((1, 20)\)", lambda _: "1, 21"),
@@ -165,11 +169,11 @@ def larger(by):
 # 3. The bound of speeds is 0.3 times that of the other columns.
 CHANGES = {
     "its time": lambda line: with_word(line, 0, larger("0.01")),
-    "the roll angle": lambda line: with_word(line, 17, larger("2e-9")),
-    "the roll rate": lambda line: with_word(line, 18, larger("-2e-9")),
-    "the speed": lambda line: with_word(line, 19, larger("6e-10")),
-    "the steer angle": lambda line: with_word(line, 23, larger("2e-9")),
-    "the steer rate": lambda line: with_word(line, 24, larger("-2e-9")),
+    "the roll angle": lambda line: with_word(line, 17, larger("2e-12")),
+    "the roll rate": lambda line: with_word(line, 18, larger("-2e-12")),
+    "the speed": lambda line: with_word(line, 19, larger("6e-13")),
+    "the steer angle": lambda line: with_word(line, 23, larger("2e-12")),
+    "the steer rate": lambda line: with_word(line, 24, larger("-2e-12")),
     "a decimal comma": lambda line: with_word(line, 24, lambda word: word.replace(".", ",")),
     "a sign": lambda line: with_word(line, 17, lambda word: f"-{word}"),
     "an exponent": lambda line: with_word(line, 17, lambda word: f"{word}e-01"),

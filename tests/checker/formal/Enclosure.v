@@ -30,9 +30,18 @@ Hypothesis framed : check_frame c = true.
 Notation out := (real (frame c)).
 Notation back := (real (inverse c)).
 Notation wall := (Q2R (tube c)).
+Notation accuracy := (Q2R (claim c)).
 
-Lemma frame_parts : all_states (fun i => all_states (is_inverse c i)) = true /\ all_states (is_low c) = true.
-Proof. generalize framed; unfold check_frame; now rewrite andb_true_iff. Qed.
+Lemma frame_parts :
+  all_states (fun i => all_states (is_inverse c i)) = true /\ all_states (is_low c) = true.
+Proof. generalize framed; unfold check_frame; rewrite !andb_true_iff; tauto. Qed.
+
+Lemma accuracy_between : 0 <= accuracy <= error.
+Proof.
+generalize framed; unfold check_frame; rewrite !andb_true_iff, !Qle_bool_iff; intros [[_ L] U].
+apply Qle_Rle in L, U; rewrite RMicromega.Q2R_0 in L.
+replace (Q2R (1 # 100000000)) with error in U by (unfold Q2R, error, Qnum, Qden; field); lra.
+Qed.
 
 Lemma inverse_spec i k : is_inverse c i k = true -> times out back i k = if Nat.eqb k i then 1 else 0.
 Proof.
@@ -50,20 +59,17 @@ exact (all_states_spec (is_inverse c i) k
   (all_states_spec (fun i => all_states (is_inverse c i)) i F Hi) Hk).
 Qed.
 
-Lemma squared_error_real : Q2R squared_error = error * error.
-Proof. unfold Q2R, squared_error, error, Qnum, Qden; field. Qed.
-
 Lemma low_spec i :
-  is_low c i = true -> sum count (fun j => out i j * out i j) * wall <= error * error.
+  is_low c i = true -> sum count (fun j => out i j * out i j) * wall <= accuracy * accuracy.
 Proof.
 unfold is_low; intros E; apply Qle_bool_iff, Qle_Rle in E.
-rewrite Q2R_mult, qsum_real, squared_error_real in E.
+rewrite !Q2R_mult, qsum_real in E.
 apply Rle_trans with (2 := E), Req_le; f_equal.
 apply sum_ext; intros j _; unfold real; now rewrite Q2R_mult.
 Qed.
 
 Lemma frame_tube i :
-  (i < count)%nat -> sum count (fun j => out i j * out i j) * wall <= error * error.
+  (i < count)%nat -> sum count (fun j => out i j * out i j) * wall <= accuracy * accuracy.
 Proof.
 intros Hi; apply low_spec; destruct frame_parts as [_ F].
 exact (all_states_spec (is_low c) i F Hi).
@@ -87,15 +93,21 @@ rewrite <- (sum_unit count i (gap p x t s) Hi) at 1.
 apply sum_ext; intros k Hk; fold (times out back i k); now rewrite frame_identity.
 Qed.
 
-Lemma gap_small p x t s i :
-  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= error.
+Lemma gap_near p x t s i :
+  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= accuracy.
 Proof.
 intros Hi S.
-assert (G : Rsqr (gap p x t s i) <= Rsqr error).
+assert (G : Rsqr (gap p x t s i) <= Rsqr accuracy).
   rewrite gap_is by easy; apply Rle_trans with (1 := cauchy_schwarz _ _ _).
   apply Rle_trans with (2 := frame_tube i Hi), Rmult_le_compat_l; [|exact S].
   apply sum_nonneg; intros j _; apply Rle_0_sqr.
-apply Rsqr_le_abs_0 in G; now rewrite (Rabs_right error) in G by (unfold error; lra).
+apply Rsqr_le_abs_0 in G; now rewrite (Rabs_right accuracy) in G by (apply Rle_ge, accuracy_between).
+Qed.
+
+Lemma gap_small p x t s i :
+  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= error.
+Proof.
+intros Hi S; apply Rle_trans with (2 := proj2 accuracy_between); now apply gap_near.
 Qed.
 
 Lemma part_correct k K found q G s z :
@@ -458,7 +470,7 @@ Lemma chain_correct pieces : forall x until t w W next,
   match pieces with nil => True | p :: _ => t - half <= until -> squares p x t (- half) <= w end ->
   (forall k p, nth_error pieces k = Some p ->
    forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
-   forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error) /\
+   forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= accuracy) /\
   (forall q e, next = Some (q, e) -> pieces <> nil ->
    t + 2 * INR (length pieces) * half - half <= until ->
    squares q x (t + 2 * INR (length pieces) * half) (- half) <= Q2R e).
@@ -470,8 +482,8 @@ assert (Piece := first_checked _ _ _ _ _ _ _ C).
 destruct (first_correct p rest next W w x until t C (motion_guided p x until t M Ht) W0 HW Entry) as [b [B0 [L [B Inside]]]].
 cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [_ C].
 assert (First : forall s, - half <= s <= half -> t + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= error).
-  intros s Hs U i Hi; apply (gap_small p x t s i Hi); specialize (Inside s Hs U); lra.
+  forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= accuracy).
+  intros s Hs U i Hi; apply (gap_near p x t s i Hi); specialize (Inside s Hs U); lra.
 destruct rest as [|r rest].
 - split.
     intros k q Q s Hs U i Hi; destruct k as [|k]; [|destruct k; discriminate Q].
@@ -523,7 +535,7 @@ Lemma blocks_correct blocks : forall x until t,
   end ->
   forall k p, nth_error (concat (map members blocks)) k = Some p ->
   forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= accuracy.
 Proof.
 pose proof half_positive as H0.
 induction blocks as [|b rest IH]; intros x until t A M Ht Entry k p P s Hs U i Hi;
@@ -548,10 +560,15 @@ Qed.
 
 End Frame.
 
+Lemma start_framed c b : check_start c b = true -> check_frame c = true.
+Proof.
+unfold check_start; destruct (members b) as [|p l]; [discriminate|]; rewrite !andb_true_iff; tauto.
+Qed.
+
 (* The blocks of a certificate, of which the first begins near the initial state. *)
 Theorem enclosed c b rest x until :
   check_start c b = true -> all_checked c (b :: rest) -> motion x until -> begins x ->
-  near_candidate x until (concat (map members (b :: rest))).
+  near_candidate x until (concat (map members (b :: rest))) (Q2R (claim c)).
 Proof.
 intros St A M B k p P s Hs U i Hi.
 unfold check_start in St; destruct (members b) as [|q l] eqn:E; [discriminate St|].
@@ -571,11 +588,11 @@ Lemma entry_nonneg b : Qle_bool 0 (entry_of b) = true -> 0 <= Q2R (entry_of b).
 Proof. intros H; apply Qle_bool_iff, Qle_Rle in H; now rewrite RMicromega.Q2R_0 in H. Qed.
 
 (* At each time that the pieces cover, the motion is near one of them. *)
-Lemma covered x until pieces :
-  near_candidate x until pieces -> forall t, 0 <= t <= until ->
+Lemma covered x until pieces accuracy :
+  near_candidate x until pieces accuracy -> forall t, 0 <= t <= until ->
   t <= 2 * INR (length pieces) * half -> (0 < length pieces)%nat ->
   exists p s, In p pieces /\ - half <= s <= half /\
-  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= accuracy.
 Proof.
 intros Near t Ht L N; assert (H0 : 0 < half) by (unfold half; lra).
 assert (K : exists k, (k < length pieces)%nat /\ 2 * INR k * half <= t <= 2 * INR k * half + 2 * half).
@@ -594,11 +611,11 @@ apply (Near k p P); [exact S | lra | exact Hi].
 Qed.
 
 (* 160 pieces cover ten seconds. *)
-Lemma ten_seconds_covered x pieces :
-  near_candidate x 10 pieces -> length pieces = 160%nat ->
+Lemma ten_seconds_covered x pieces accuracy :
+  near_candidate x 10 pieces accuracy -> length pieces = 160%nat ->
   forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
-  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= accuracy.
 Proof.
-intros Near L t Ht; apply (covered x 10 pieces Near t Ht); rewrite L; [|lia].
+intros Near L t Ht; apply (covered x 10 pieces accuracy Near t Ht); rewrite L; [|lia].
 unfold half; simpl; lra.
 Qed.

@@ -483,6 +483,7 @@ intros St A X Y BX BY; pose proof half_positive as H0.
 assert (NX := enclosed program integers start c b rest x until St A X BX).
 assert (NY := enclosed program integers start c b rest y until St A Y BY).
 assert (Slopes := blocks_slopes c (b :: rest) A).
+assert (Small := proj2 (accuracy_between c (start_framed start c b St))).
 set (pieces := concat (map members (b :: rest))) in *.
 assert (All : forall k, (k <= length pieces)%nat -> forall t, 0 <= t <= until -> t <= 2 * INR k * half ->
   forall i, (i < count)%nat -> x i t = y i t); [|intros t Ht L; exact (All _ (le_n _) t Ht L)].
@@ -497,8 +498,8 @@ replace t with (middle k + (t - middle k)) by ring.
 apply (piece_unique p x y until (middle k)); try easy.
 - exact (Slopes p (nth_error_In _ _ E)).
 - lra.
-- exact (NX k p E).
-- exact (NY k p E).
+- intros s Hs V j Hj; apply Rle_trans with (2 := Small); now apply (NX k p E).
+- intros s Hs V j Hj; apply Rle_trans with (2 := Small); now apply (NY k p E).
 - rewrite M; intros j Hj; apply IH; [lia | lra | lra | exact Hj].
 - lra.
 - lra.
@@ -512,7 +513,8 @@ Theorem one_motion c b rest :
   (forall y until, until <= 10 -> motion y until -> begins y ->
    forall t, 0 <= t <= until -> forall i, (i < count)%nat -> y i t = x i t) /\
   forall t, 0 <= t <= 10 -> exists p s, In p (concat (map members (b :: rest))) /\
-  - half <= s <= half /\ forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+  - half <= s <= half /\
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= Q2R (claim c).
 Proof.
 intros St A N; assert (Ten : 2 * INR 160 * half = 10) by (unfold half; simpl; lra).
 destruct (exists_motion c b rest St A) as [x [M B]]; rewrite N, Ten in M.

@@ -60,21 +60,21 @@ Proof. reflexivity. Qed.
 
 (* The statement. Line k (from 0) has the time k/100 s and eight columns for each of the maneuvers 1
    to 3: roll angle, roll rate, forward speed, three energies, steer angle and steer rate. *)
-Definition text_error : R := 11 / 1000000000.
 Definition wheel_radius : R := 3 / 10. (* of the rear wheel, in metres *)
 
-Definition near_text (x : nat -> R -> R) (until : R) (lines : list string) (maneuver : nat) :=
+Definition near_text (x : nat -> R -> R) (until : R) (lines : list string) (maneuver : nat)
+    (accuracy : R) :=
   forall k line, nth_error lines k = Some line ->
   exists values, numbers line = Some values /\ length values = 25%nat /\
   let t := Q2R (nth 0 values 0%Q) in
   let column j := Q2R (nth (8 * (maneuver - 1) + j) values 0%Q) in
   t = INR k / 100 /\
   (t <= until ->
-    Rabs (x 0%nat t - column 1%nat) <= text_error /\ (* roll angle *)
-    Rabs (x 3%nat t - column 2%nat) <= text_error /\ (* its rate *)
-    Rabs (wheel_radius * x 5%nat t - column 3%nat) <= wheel_radius * text_error /\ (* speed *)
-    Rabs (x 2%nat t - column 7%nat) <= text_error /\ (* steer angle *)
-    Rabs (x 4%nat t - column 8%nat) <= text_error). (* its rate *)
+    Rabs (x 0%nat t - column 1%nat) <= accuracy /\ (* roll angle *)
+    Rabs (x 3%nat t - column 2%nat) <= accuracy /\ (* its rate *)
+    Rabs (wheel_radius * x 5%nat t - column 3%nat) <= wheel_radius * accuracy /\ (* speed *)
+    Rabs (x 2%nat t - column 7%nat) <= accuracy /\ (* steer angle *)
+    Rabs (x 4%nat t - column 8%nat) <= accuracy). (* its rate *)
 
 (* The checks, in exact integers. The value of a polynomial at n/800 s is the first number, over
    2^52 times the second one. *)
@@ -84,12 +84,15 @@ Fixpoint value_at (n : Z) (c : list Z) : Z * Z :=
   | a :: c => let (v, u) := value_at n c in (a * (800 * u) + n * v, 800 * u)%Z
   end.
 
-(* True if the value of variable i is within 1e-9 of the number. *)
+(* The largest difference between a number of the text and its polynomial *)
+Definition reading : R := 1 / 1000000000000.
+
+(* True if the value of variable i is within 1e-12 of the number. *)
 Definition is_near (p : piece) (n : Z) (i : nat) (q : Q) : bool :=
   let (v, u) := value_at n (nth i (coefficients p) nil) in
   let below := (u * 2 ^ 52)%Z in
   let den := Zpos (Qden q) in
-  Z.leb (Z.abs (v * den - Qnum q * below) * 1000000000) (below * den).
+  Z.leb (Z.abs (v * den - Qnum q * below) * 1000000000000) (below * den).
 
 (* A time at the break of two pieces belongs to the first of them. *)
 Definition check_line (pieces : list piece) (maneuver k : nat) (line : string) : bool :=
@@ -131,9 +134,9 @@ rewrite plus_IZR, !mult_IZR; field; lra.
 Qed.
 
 Lemma is_near_correct p n i q : is_near p n i q = true ->
-  Rabs (candidate p i (IZR n / 800) - Q2R q) <= 1 / 1000000000.
+  Rabs (candidate p i (IZR n / 800) - Q2R q) <= reading.
 Proof.
-unfold is_near, candidate, Q2R; intros H; rewrite value_at_correct.
+unfold is_near, candidate, reading, Q2R; intros H; rewrite value_at_correct.
 pose proof (value_at_positive n (nth i (coefficients p) nil)) as P.
 destruct (value_at n (nth i (coefficients p) nil)) as [v u]; cbn [fst snd] in *.
 set (below := (u * 2 ^ 52)%Z) in *; assert (B : (0 < below)%Z) by (unfold below; lia).
@@ -158,11 +161,11 @@ cbn [check_from] in C; apply andb_true_iff in C; destruct C as [C R], j as [|j].
 rewrite Nat.add_succ_r; exact (IH (S k) R j line L).
 Qed.
 
-Theorem published x until pieces maneuver lines :
-  check_text pieces maneuver lines = true -> near_candidate x until pieces ->
-  near_text x until lines maneuver.
+Theorem published x until pieces maneuver lines accuracy text_accuracy :
+  accuracy + reading <= text_accuracy -> check_text pieces maneuver lines = true -> near_candidate x until pieces accuracy ->
+  near_text x until lines maneuver text_accuracy.
 Proof.
-intros C Near k line L; apply (check_from_spec _ _ _ 0) with (2 := L) in C.
+intros Wide C Near k line L; apply (check_from_spec _ _ _ 0) with (2 := L) in C.
 unfold check_line in C; rewrite Nat.add_0_l in C; set (m := ((4 * k - 1) / 25)%nat) in *.
 set (n := (8 * Z.of_nat k - 25 * (2 * Z.of_nat m + 1))%Z) in *.
 destruct (numbers line) as [values|]; [|discriminate C].
@@ -179,9 +182,9 @@ assert (In : - half <= IZR n / 800 <= half).
   apply IZR_le in S1, S2; rewrite opp_IZR in S1; unfold half; lra.
 rewrite M in *; clear M.
 assert (Each : forall i q, (i < count)%nat -> is_near p n i q = true ->
-    Rabs (x i (middle m + IZR n / 800) - Q2R q) <= text_error).
+    Rabs (x i (middle m + IZR n / 800) - Q2R q) <= text_accuracy).
   intros i q Hi C; apply is_near_correct in C.
-  pose proof (Near m p P _ In U i Hi) as V; unfold error, text_error in *.
+  pose proof (Near m p P _ In U i Hi) as V; clear - Wide C V.
   revert C V; unfold Rabs; repeat destruct Rcase_abs; lra.
 repeat split; try (apply Each; [unfold count; lia | assumption]).
 apply Each in C3; [|unfold count; lia]; rewrite Q2R_mult in C3.

@@ -31,16 +31,12 @@ from heyoka_bike.reference.proof.candidate import read_candidate
 BITS = 200
 GRID = 52  # Coefficients are integers over 2 to this power,
 RATES = 10  # growth rates over this one,
-TUBE = 80  # the tube over this one,
+TUBE = 100  # the tube over this one,
 ENTRIES = 120  # the sums of squares at the beginning of a block over this one,
 FRAME = 12  # the lower triangle of a frame over this one.
 PIECES, LENGTH = 160, Fraction(1, 16)  # [s]
 BLOCK = 32  # pieces that Coq checks in one file
-# In each block squares grow more by this factor, because of the defect. It adds most in the first
-# block, where errors are smallest. Maneuver 1 needs nearly these factors, the others less.
-ROOM = (4.5, 1.9, 1.42, 1.2, 1.1)
 DEGREE = 14
-ERROR = Fraction(1, 10**8)  # what is claimed [rad, rad/s], as in Enclosure.v
 SAMPLES = 16  # of the growth rate in a piece
 # Added to the growth rate of squares [1/s], because Coq's intervals are wider. Maneuver 1 needs
 # 0.17.
@@ -218,8 +214,20 @@ def rounded(x: flint.arb, grid: int) -> int:
 class Frame:
     """Coordinates of the error: a unit lower triangle times scales, and the exact inverse."""
 
-    def __init__(self, lower: Sequence[Sequence[int]], scales: Sequence[float]) -> None:
+    def __init__(
+        self,
+        lower: Sequence[Sequence[int]],
+        scales: Sequence[float],
+        claim: str,
+        room: Sequence[float],
+    ) -> None:
+        """Build the matrices.
+
+        `claim` bounds every error [rad, rad/s]. In each block squares grow more by the factor of
+        `room`, because of the defect. It adds most in the first block, where errors are smallest.
+        """
         n, self.matrix, self.inverse = len(scales), [], []
+        self.claim, self.room = Fraction(claim), room
         unit = [[Fraction(x, 2**FRAME) for x in row] + [Fraction(1)] for row in lower]
         over = [Fraction(x) for x in scales]
         for i in range(n):
@@ -235,9 +243,9 @@ class Frame:
 
     @property
     def tube(self) -> Fraction:
-        """The largest sum of squares with which every error is within the bound."""
+        """The largest sum of squares with which every error is within the claim."""
         worst = max(sum(x * x for x in row) for row in self.matrix)
-        return Fraction(math.floor(ERROR**2 / worst * 2**TUBE), 2**TUBE)
+        return Fraction(math.floor(self.claim**2 / worst * 2**TUBE), 2**TUBE)
 
 
 def growth(equations: Equations, frame: Frame, motion: np.ndarray) -> list[int]:
@@ -297,7 +305,7 @@ Definition start : list (Z * Z) := [{fractions}].
 Definition certified : certificate := Certificate
   {_matrix(frame.matrix)}
   {_matrix(frame.inverse)}
-  {_fraction(frame.tube)}.
+  {_fraction(frame.tube)} {_fraction(frame.claim)}.
 
 {blocks}"""
 
@@ -328,7 +336,7 @@ Definition lines : list string := [
 def entries_of(frame: Frame, rates: Sequence[int]) -> list[Fraction]:
     """Claim sums of squares at the beginning of each block, from the growth up to the tube."""
     entries, left = [], float(frame.tube)
-    for n, factor in reversed(list(enumerate(ROOM))):
+    for n, factor in reversed(list(enumerate(frame.room))):
         grown = sum(rates[n * BLOCK : (n + 1) * BLOCK]) / 2**RATES * float(LENGTH)
         left /= factor * math.exp(grown)
         entries.append(Fraction(math.floor(left * 2**ENTRIES), 2**ENTRIES))
