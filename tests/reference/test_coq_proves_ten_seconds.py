@@ -1,8 +1,8 @@
 """Coq proves Theorem 1 for ten seconds of each maneuver, and compares the published text with it.
 
 The development is in `tests/checker/formal`. Each damage is made in the certificate of maneuver 3,
-cut to three pieces in two blocks, in the equations, in the checks, or in the lines of the text in
-these pieces.
+cut to three pieces in two blocks, in the equations, in their readable form, in the checks, or in
+the lines of the text in these pieces.
 """
 
 import re
@@ -153,6 +153,13 @@ DAMAGES = {
     "slopes exceed their limit": swapped("Checks", r"steepest : Z := 2 \^ (10)", moved(-4)),
     "another equation": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
 }
+READABLE_CHANGES = {
+    "a sign": swapped("Readable", r"Definition Y := c \* sb (-) ", lambda _: "+"),
+    "the sign of a force": swapped("Readable", r"Definition f_w3 := w1 \* h2 (-) ", lambda _: "+"),
+    "a sign of one entry": swapped("Readable", r"Hub, k => ()height", lambda _: "- "),
+    "a parameter": swapped("Readable", r"Definition xB := (3) ", lambda _: "4"),
+    "the program": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
+}
 
 
 def with_word(line, column, change):
@@ -228,6 +235,34 @@ def test_lines_of_three_pieces_are_accepted(short):
 def test_a_changed_text_is_refused(short, what):
     swapped("Lines", r'"([^"]*)"\]', CHANGES[what])(short)
     assert not is_text_accepted(short)
+
+
+@pytest.fixture
+def readable(theory, tmp_path):
+    folder = tmp_path / "readable"
+    shutil.copytree(theory, folder)
+    return folder
+
+
+@pytest.mark.formal
+def test_the_readable_equations_are_the_program(readable):
+    code, said = compiled(readable, "Reading")
+    assert code == 0, said
+    assumed = re.findall(r"^([\w.]+)\s*:", said.partition("Axioms:")[2], re.MULTILINE)
+    assert assumed
+    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+
+
+@pytest.mark.formal
+@pytest.mark.parametrize("what", READABLE_CHANGES)
+def test_other_readable_equations_are_refused(readable, what):
+    READABLE_CHANGES[what](readable)
+    for name in ("Equations", "Readable"):
+        code, said = compiled(readable, name)
+        assert code == 0, said
+    code, said = compiled(readable, "Reading")
+    assert code != 0
+    assert re.search("The program does not contain|not a valid field equation", said), said
 
 
 def test_the_stated_theorems_are_proved():

@@ -1,6 +1,6 @@
 (* Theorem 1 for maneuver 1, ten seconds. *)
 From Coq Require Import Reals QArith Qreals ZArith List.
-Require Import Existence Equations Certificate1.
+Require Import Existence Readable Reading Equations Certificate1.
 Require Checked1_0 Checked1_1 Checked1_2 Checked1_3 Checked1_4.
 Import ListNotations.
 Open Scope R_scope.
@@ -47,4 +47,12 @@ Proof.
 rewrite <- claimed; exact (one_motion _ _ _ _ _ _ begun all_blocks ltac:(vm_compute; reflexivity)).
 Qed.
 
-Print Assumptions ten_seconds.
+(* The same for the formulas of Readable.v *)
+Theorem ten_seconds_readable : exists x, obeys x 10 /\ begins start x /\
+  (forall y until, until <= 10 -> obeys y until -> begins start y ->
+   forall t, 0 <= t <= until -> forall i, (i < count)%nat -> y i t = x i t) /\
+  forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= accuracy.
+Proof. exact (readable_form start _ ten_seconds). Qed.
+
+Print Assumptions ten_seconds_readable.
