@@ -1,13 +1,15 @@
-"""Coq proves Theorem 1 for ten seconds of each maneuver, and rejects wrong certificates.
+"""Coq proves Theorem 1 for ten seconds of each maneuver, and compares the published text with it.
 
 The development is in `tests/checker/formal`. Each damage is made in the certificate of maneuver 3,
-cut to three pieces in two blocks, or in the equations.
+cut to three pieces in two blocks, in the equations, in their readable form, in the checks, or in
+the lines of the text in these pieces.
 """
 
 import re
 import shutil
 import subprocess
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import mpmath
@@ -17,8 +19,11 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
-SOURCES = Path(__file__).parents[1] / "checker" / "formal"
-COMMANDS = re.findall(r"for f in (.*?); do coqc", (SOURCES / "README.md").read_text())
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "tests" / "checker" / "formal"
+PUBLISHED = ROOT / "reference" / "uncontrolled-bicycle.txt"
+README = (SOURCES / "README.md").read_text()
+COMMANDS = re.findall(r"for f in (.*?); do coqc", README)
 INSTALL = "apt-get install coq libcoq-interval"
 PROOFS = COMMANDS[0].split()  # these proofs are compiled once for all tests
 CHECKED = """From Coq Require Import List Bool.
@@ -27,6 +32,17 @@ Lemma checked : check_start start certified block_0
   && check_block equations integers certified block_0 (Some block_1) = true.
 Proof. vm_cast_no_check (eq_refl true). Qed.
 """
+COMPARED = """From Coq Require Import List.
+Require Import Checks Certificate3 Lines Text.
+Lemma compared : check_text (members block_0 ++ members block_1) 3 lines = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
+"""
+PRINTED = """From Coq Require Import List String.
+Require Import Lines.
+Set Printing Depth 1000000.
+Eval compute in lines.
+"""
+LINES = 19  # lines of the text until 0.1875 s, the end of three pieces
 # The axioms that CoqInterval, Flocq and the real numbers of Coq's library use.
 ASSUMED = re.compile(
     r"(Uint63|PrimInt63|PrimFloat|FloatAxioms|ClassicalDedekindReals)\.\w+"
@@ -70,16 +86,24 @@ def short(theory, tmp_path):
     cut = f"{begin}{first};\n{second}].\n{entry}{third}].\n"
     (folder / "Certificate3.v").write_text(cut)
     (folder / "Checked.v").write_text(CHECKED)
+    begin, *lines = (folder / "Lines.v").read_text().split('"')
+    strings = ";\n".join(f'"{line}"' for line in lines[: 2 * LINES : 2])
+    (folder / "Lines.v").write_text(f"{begin}{strings}].\n")
+    (folder / "Compared.v").write_text(COMPARED)
     return folder
 
 
-def is_accepted(folder):
-    for name in ("Equations", "Certificate3"):
+def is_accepted(folder, check="Checked", changed=("Checks", "Equations", "Certificate3")):
+    for name in changed:
         code, said = compiled(folder, name)
         assert code == 0, said
-    code, said = compiled(folder, "Checked")
-    assert code == 0 or "block_1) = true" in said, said
+    code, said = compiled(folder, check)
+    assert code == 0 or "= true" in said, said
     return code == 0
+
+
+def is_text_accepted(folder):
+    return is_accepted(folder, "Compared", ("Certificate3", "Lines"))
 
 
 def swapped(name, pattern, change):
@@ -96,6 +120,15 @@ def swapped(name, pattern, change):
     return damage
 
 
+def entry_of_the_first_block(folder):
+    """Let block 1 begin with the bound of block 0, below the one after two segments."""
+    file = folder / "Certificate3.v"
+    text = file.read_text()
+    first, second = re.findall(r"block_\d : block := Block (\(.*?\)) \[", text)
+    assert first != second
+    file.write_text(text.replace(second, first))
+
+
 def moved(by):
     return lambda digits: str(int(digits) + by)
 
@@ -108,27 +141,66 @@ DAMAGES = {
     "errors grow less": swapped("Certificate3", r"\]\] (\d+)", moved(-300)),
     "the frame is another": swapped("Certificate3", r"Certificate\s+\[\s+\[\((\d+) #", moved(1)),
     "the tube is wider": swapped(
-        "Certificate3", r"\]\]?\s+\((\d+) # \d+\)\.", lambda n: str(4 * int(n))
+        "Certificate3", r"\]\]\s+\((\d+) # \d+\) \(", lambda n: str(4 * int(n))
     ),
-    "the bound is less": swapped(
-        "Certificate3", r"block_1 : block := Block \((\d+) #", lambda _: "1"
+    "the claim is less": swapped("Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(2 * int(n))),
+    "the claim is beyond the slopes": swapped(
+        "Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(int(n) // 1000)
     ),
+    "the bound is less": entry_of_the_first_block,
     "another start": swapped("Certificate3", r"\((1, 20)\)", lambda _: "1, 21"),
     "another bicycle": swapped("Equations", r"\((20090)\)", moved(1)),
+    "slopes exceed their limit": swapped("Checks", r"steepest : Z := 2 \^ (10)", moved(-4)),
     "another equation": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
+}
+READABLE_CHANGES = {
+    "a sign": swapped("Readable", r"Definition Y := c \* sb (-) ", lambda _: "+"),
+    "the sign of a force": swapped("Readable", r"Definition f_w3 := w1 \* h2 (-) ", lambda _: "+"),
+    "a sign of one entry": swapped("Readable", r"Hub, k => ()height", lambda _: "- "),
+    "a parameter": swapped("Readable", r"Definition xB := (3) ", lambda _: "4"),
+    "the program": swapped("Equations", r"Binary (Sub) \d+ \d+ ", lambda _: "Add"),
+}
+
+
+def with_word(line, column, change):
+    words = line.split(" ")
+    words[column] = change(words[column])
+    return " ".join(words)
+
+
+def larger(by):
+    return lambda word: str(Decimal(word) + Decimal(by))
+
+
+# Changes of the text's last line in the three pieces, whose columns 17 to 24 are those of maneuver
+# 3. The bound of speeds is 0.3 times that of the other columns.
+CHANGES = {
+    "its time": lambda line: with_word(line, 0, larger("0.01")),
+    "the roll angle": lambda line: with_word(line, 17, larger("2e-12")),
+    "the roll rate": lambda line: with_word(line, 18, larger("-2e-12")),
+    "the speed": lambda line: with_word(line, 19, larger("6e-13")),
+    "the steer angle": lambda line: with_word(line, 23, larger("2e-12")),
+    "the steer rate": lambda line: with_word(line, 24, larger("-2e-12")),
+    "a decimal comma": lambda line: with_word(line, 24, lambda word: word.replace(".", ",")),
+    "a sign": lambda line: with_word(line, 17, lambda word: f"-{word}"),
+    "an exponent": lambda line: with_word(line, 17, lambda word: f"{word}e-01"),
+    "one column less": lambda line: line.rpartition(" ")[0],
 }
 
 
 @pytest.mark.formal
 @pytest.mark.parametrize("maneuver", "123")
-def test_coq_proves_the_theorem(theory, maneuver):
-    said = ""
+def test_coq_proves_the_theorems(theory, maneuver):
+    printed = []
     for name in COMMANDS[1].replace("${n}", maneuver).split():
         code, said = compiled(theory, name)
         assert code == 0, said
-    assumed = re.findall(r"^([\w.]+)\s*:", said.partition("Axioms:")[2], re.MULTILINE)
-    assert assumed
-    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+        printed += said.split("Axioms:")[1:]
+    assert len(printed) == 2  # one theorem about the polynomials, one about the text
+    for axioms in printed:
+        assumed = re.findall(r"^([\w.]+)\s*:", axioms, re.MULTILINE)
+        assert assumed
+        assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
 
 
 @pytest.mark.formal
@@ -141,6 +213,65 @@ def test_three_pieces_are_accepted(short):
 def test_a_wrong_certificate_is_refused(short, what):
     DAMAGES[what](short)
     assert not is_accepted(short)
+
+
+@pytest.mark.formal
+def test_coq_has_the_published_text(theory):
+    """The strings that Coq prints are the lines of the file, byte by byte."""
+    (theory / "Printed.v").write_text(PRINTED)
+    code, said = compiled(theory, "Printed")
+    assert code == 0, said
+    lines = re.findall(r'"(.*?)"', said)
+    assert "".join(f"{line}\n" for line in lines).encode() == PUBLISHED.read_bytes()
+
+
+@pytest.mark.formal
+def test_lines_of_three_pieces_are_accepted(short):
+    assert is_text_accepted(short)
+
+
+@pytest.mark.formal
+@pytest.mark.parametrize("what", CHANGES)
+def test_a_changed_text_is_refused(short, what):
+    swapped("Lines", r'"([^"]*)"\]', CHANGES[what])(short)
+    assert not is_text_accepted(short)
+
+
+@pytest.fixture
+def readable(theory, tmp_path):
+    folder = tmp_path / "readable"
+    shutil.copytree(theory, folder)
+    return folder
+
+
+@pytest.mark.formal
+def test_the_readable_equations_are_the_program(readable):
+    code, said = compiled(readable, "Reading")
+    assert code == 0, said
+    assumed = re.findall(r"^([\w.]+)\s*:", said.partition("Axioms:")[2], re.MULTILINE)
+    assert assumed
+    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+
+
+@pytest.mark.formal
+@pytest.mark.parametrize("what", READABLE_CHANGES)
+def test_other_readable_equations_are_refused(readable, what):
+    READABLE_CHANGES[what](readable)
+    for name in ("Equations", "Readable"):
+        code, said = compiled(readable, name)
+        assert code == 0, said
+    code, said = compiled(readable, "Reading")
+    assert code != 0
+    assert re.search("The program does not contain|not a valid field equation", said), said
+
+
+def test_the_stated_theorems_are_proved():
+    text = "".join((SOURCES / f"{name}1.v").read_text() for name in ("Maneuver", "Published"))
+    blocks = re.findall(r"```coq\n(.*?)```", README, re.DOTALL)
+    stated = [theorem for block in blocks for theorem in block.split("\n\n")]
+    assert len(stated) == 3
+    for theorem in stated:
+        assert theorem.strip() in text
 
 
 def test_nothing_is_left_unproved():

@@ -16,8 +16,10 @@ Definition over (n : Z) (bits : Z) : R := IZR n / IZR (2 ^ bits).
    middle of a piece; its growth rate is an integer over 2^10. *)
 Record piece := Piece { coefficients : list (list Z); rate : Z }.
 
-(* The error is the frame times coordinates; the sum of their squares stays below the tube. *)
-Record certificate := Certificate { frame : list (list Q); inverse : list (list Q); tube : Q }.
+(* The error is the frame times coordinates; the sum of their squares stays below the tube. There
+   every variable differs from its polynomial by at most the claim. *)
+Record certificate :=
+  Certificate { frame : list (list Q); inverse : list (list Q); tube : Q; claim : Q }.
 
 (* Pieces that one computation checks; the sum of squares at their beginning is at most the entry. *)
 Record block := Block { entry_of : Q; members : list piece }.
@@ -30,7 +32,7 @@ Definition candidate (p : piece) (i : nat) := polynomial (nth i (coefficients p)
 
 Definition half : R := 1 / 32. (* of the length of a piece, in seconds *)
 Definition middle (k : nat) : R := (2 * INR k + 1) * half.
-Definition error : R := 1 / 100000000.
+Definition error : R := 1 / 100000000. (* of the states for which slopes are enclosed *)
 
 Section Bicycle.
 Variable program : list term.
@@ -52,10 +54,10 @@ Definition begins (x : nat -> R -> R) : Prop :=
   forall i, (i < count)%nat -> x i 0 = let (a, b) := nth i start (0, 1)%Z in IZR a / IZR b.
 
 (* The conclusion of Theorem 1. *)
-Definition near_candidate (x : nat -> R -> R) (until : R) (pieces : list piece) : Prop :=
+Definition near_candidate (x : nat -> R -> R) (until : R) (pieces : list piece) (accuracy : R) :=
   forall k p, nth_error pieces k = Some p ->
   forall s, - half <= s <= half -> middle k + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (middle k + s) - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i (middle k + s) - candidate p i s) <= accuracy.
 
 (* The checks, in intervals of binary64 and in exact numbers. *)
 
@@ -106,17 +108,23 @@ Definition above (a : I.type) : I.type :=
 Definition coarse : TM.U := (prec, 5%nat).
 Definition room : I.type := symmetric (I.div prec (integer 1) (integer 100000000)).
 Definition unit_slopes (i : nat) : list slope := repeat None i ++ [Some (TM.const (integer 1))].
+Definition boxes_of (p : piece) : list sloped :=
+  map (fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room),
+                      unit_slopes i)) (seq 0 count)
+  ++ map (fun c => Some (TM.const c, nil)) constants_in.
 Definition slopes_found (p : piece) : list sloped :=
-  eval_generic None (sloped_operations coarse span) program
-    (map (fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room),
-                         unit_slopes i)) (seq 0 count)
-     ++ map (fun c => Some (TM.const c, nil)) constants_in).
-Definition has_slopes (a : sloped) : bool := match a with Some _ => true | None => false end.
+  eval_generic None (sloped_operations coarse span) program (boxes_of p).
 Definition slope_at (a : sloped) (j : nat) (s : I.type) : I.type :=
   match a with
   | Some (_, p) => match nth j p None with Some m => value span m s | None => I.zero end
   | None => I.nai
   end.
+(* The slopes are known, and their magnitudes are less than this limit. *)
+Definition steepest : Z := 2 ^ 10.
+Definition is_gentle (a : I.type) : bool :=
+  is_positive (I.sub prec (integer steepest) a) && is_positive (I.add prec (integer steepest) a).
+Definition has_slopes (a : sloped) : bool :=
+  match a with Some _ => all_states (fun j => is_gentle (slope_at a j span)) | None => false end.
 
 (* A piece is cut into parts, over each of which squares of errors grow at most at the rate. *)
 Definition parts := 16%nat.
@@ -191,13 +199,13 @@ Fixpoint qsum (n : nat) (f : nat -> Q) : Q := match n with O => 0 | S m => qsum 
 Definition is_inverse (c : certificate) (i k : nat) : bool :=
   Qeq_bool (qsum count (fun j => number (frame c) i j * number (inverse c) j k)%Q)
     (if Nat.eqb k i then 1 else 0)%Q.
-Definition squared_error : Q := (1 # 10000000000000000)%Q.
 Definition is_low (c : certificate) (i : nat) : bool :=
   Qle_bool (qsum count (fun j => number (frame c) i j * number (frame c) i j)%Q * tube c)%Q
-    squared_error.
+    (claim c * claim c)%Q.
 Strategy 1000 [Qeq_bool Qle_bool qsum].
 Definition check_frame (c : certificate) : bool :=
-  all_states (fun i => all_states (is_inverse c i)) && all_states (is_low c).
+  all_states (fun i => all_states (is_inverse c i)) && all_states (is_low c)
+  && Qle_bool 0 (claim c) && Qle_bool (claim c) (1 # 100000000).
 
 (* The first piece begins near the initial state. *)
 Definition check_start (c : certificate) (b : block) : bool :=

@@ -10,21 +10,13 @@ Open Scope R_scope.
 Section Bicycle.
 Variable program : list term.
 Variable integers : list Z.
-Variable start : list (Z * Z).
 Local Notation constants := (constants integers).
 Local Notation field := (field program integers).
-Local Notation motion := (motion program integers).
-Local Notation begins := (begins start).
 Local Notation constants_in := (constants_in integers).
 Local Notation rates_of := (rates_of program integers).
 Local Notation missing := (missing program integers).
-Local Notation missing_squares := (missing_squares program integers).
+Local Notation boxes_of := (boxes_of integers).
 Local Notation slopes_found := (slopes_found program integers).
-Local Notation check_piece := (check_piece program integers).
-Local Notation distance_in := (distance_in start).
-Local Notation check_chain := (check_chain program integers).
-Local Notation check_start := (check_start start).
-Local Notation check_block := (check_block program integers).
 
 Lemma power_nonzero b : (0 <= b)%Z -> IZR (2 ^ b) <> 0.
 Proof. intros H; apply IZR_neq, Z.pow_nonzero; lia. Qed.
@@ -281,6 +273,84 @@ rewrite app_nth1 by now rewrite repeat_length.
 now rewrite nth_repeat.
 Qed.
 
+(* A property that the constants and the paths of the variables have with their boxes *)
+Lemma inputs_have (P : (R -> R) -> sloped -> Prop) p (path : nat -> R -> R) :
+  (forall a b m, (forall r, a r = b r) -> P a m -> P b m) -> (forall a, P a None) ->
+  (forall v a, v \in a -> P (fun _ => v) (Some (TM.const a, nil))) ->
+  (forall j, (j < count)%nat ->
+    P (path j) (Some (TM.add coarse span (fst (models_of coarse p j)) (TM.const room), unit_slopes j))) ->
+  forall j, P (fun r => nth j (map (fun k => path k r) (seq 0 count) ++ constants) 0)
+              (nth j (boxes_of p) None).
+Proof.
+intros Ext None_ Const Path j; unfold boxes_of; destruct (le_lt_dec count j) as [H|H].
+- rewrite app_nth2, map_length, seq_length by now rewrite map_length, seq_length.
+  destruct constants_within as [L C].
+  destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
+    now rewrite nth_overflow by (now rewrite map_length).
+  rewrite (nth_indep _ None (Some (TM.const I.nai, nil))) by now rewrite map_length.
+  rewrite (map_nth (fun c => Some (TM.const c, nil))).
+  apply (Ext (fun _ => nth (j - count) constants 0)); [|apply Const, C].
+  intros r; rewrite nth_state; destruct (Nat.ltb_spec j count); [lia | easy].
+- rewrite app_nth1 by now rewrite map_length, seq_length.
+  set (box := fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room), unit_slopes i)).
+  rewrite (nth_indep _ None (box O)) by now rewrite map_length, seq_length.
+  rewrite (map_nth box), seq_nth by easy.
+  apply (Ext (path j)); [|now apply Path].
+  intros r; rewrite nth_state; destruct (Nat.ltb_spec j count); [easy | lia].
+Qed.
+
+Lemma in_box p s j x :
+  s \in span -> Rabs x <= error ->
+  reads span s (TM.add coarse span (fst (models_of coarse p j)) (TM.const room)) (candidate p j s + x).
+Proof.
+intros T X; apply add_reads; [|now apply const_reads, room_in].
+exists (fun s => Xreal (candidate p j s)); split; [apply models_correct | easy].
+Qed.
+
+(* The difference of the rates in two states of the tube *)
+Lemma field_change p s (d e : nat -> R) i :
+  - half <= s <= half ->
+  (forall j, (j < count)%nat -> Rabs (d j) <= error) ->
+  (forall j, (j < count)%nat -> Rabs (e j) <= error) ->
+  has_slopes (nth i (slopes_found p) None) = true ->
+  exists g, (forall j a, s \in a -> g j \in slope_at (nth i (slopes_found p) None) j a) /\
+    field i (map (fun j => candidate p j s + e j) (seq 0 count))
+    - field i (map (fun j => candidate p j s + d j) (seq 0 count))
+    = sum count (fun j => g j * (e j - d j)).
+Proof.
+intros Hs Hd He Has; pose proof (span_in s Hs) as T.
+set (path := fun j r => candidate p j s + (d j + r * (e j - d j))).
+assert (M : moves span s count (fun j => e j - d j)
+              (fun r => nth i (eval_real program (map (fun j => path j r) (seq 0 count) ++ constants)) 0)
+              (nth i (slopes_found p) None)).
+  apply (moves_program coarse span s T _ _ program
+    (fun r => map (fun j => path j r) (seq 0 count) ++ constants)).
+  apply (inputs_have (moves span s count (fun j => e j - d j))); [| easy | |].
+  - intros a b [[x l]|] E A; [|easy]; intros r Hr; destruct (A r Hr) as [X [g [G D]]].
+    rewrite <- E; split; [easy|]; exists g; split; [easy | now apply (is_derive_ext a)].
+  - intros v a V r _; split; [now apply const_reads|].
+    exists (fun _ => 0); split; [intros k; now destruct k|].
+    rewrite sum_scal, Rmult_0_l; apply (is_derive_const v).
+  - intros j Hj r Hr; split.
+      apply in_box; [easy|]; specialize (Hd j Hj); specialize (He j Hj).
+      apply Rabs_le_between in Hd; apply Rabs_le_between in He; apply Rabs_le_between; nra.
+    exists (fun k => if Nat.eqb k j then 1 else 0); split; [now apply unit_slopes_within|].
+    rewrite (sum_unit count j (fun j => e j - d j)) by easy; unfold path; auto_derive; [easy | ring].
+destruct (nth i (slopes_found p) None) as [[x l]|]; [|easy].
+destruct (mean_value _ _ _ _ _ _ _ M) as [g [G E]].
+exists g; split.
+  intros j a Ha; simpl; generalize (G j); unfold slope_reads; destruct (nth j l None) as [m|].
+    intros R; now apply value_in with s.
+  intros ->; apply zero_in.
+assert (E1 : map (fun j => path j 1) (seq 0 count)
+             = map (fun j => candidate p j s + e j) (seq 0 count)).
+  apply map_ext; intros j; unfold path; ring.
+assert (E0 : map (fun j => path j 0) (seq 0 count)
+             = map (fun j => candidate p j s + d j) (seq 0 count)).
+  apply map_ext; intros j; unfold path; ring.
+now rewrite E1, E0 in E.
+Qed.
+
 Lemma field_difference p s (e : nat -> R) i :
   - half <= s <= half ->
   (forall j, (j < count)%nat -> Rabs (e j) <= error) ->
@@ -289,51 +359,12 @@ Lemma field_difference p s (e : nat -> R) i :
     field i (map (fun j => candidate p j s + e j) (seq 0 count)) - field i (candidate_state p s)
     = sum count (fun j => g j * e j).
 Proof.
-intros Hs He Has; pose proof (span_in s Hs) as T.
-set (inputs := fun r => map (fun j => candidate p j s + r * e j) (seq 0 count) ++ constants).
-assert (M : moves span s count e (fun r => nth i (eval_real program (inputs r)) 0)
-              (nth i (slopes_found p) None)).
-  apply moves_program; [easy|]; intros j.
-  destruct (le_lt_dec count j) as [H|H].
-  - rewrite app_nth2 by now rewrite map_length, seq_length.
-    rewrite map_length, seq_length.
-    destruct constants_within as [L C].
-    destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
-      now rewrite nth_overflow by (now rewrite map_length).
-    rewrite (nth_indep _ None (Some (TM.const I.nai, nil))) by now rewrite map_length.
-    rewrite (map_nth (fun c => Some (TM.const c, nil))).
-    intros r _; unfold inputs; rewrite nth_state.
-    destruct (Nat.ltb_spec j count) as [|_]; [lia|]; split; [apply const_reads, C|].
-    exists (fun _ => 0); split; [intros k; now destruct k|].
-    rewrite sum_scal, Rmult_0_l.
-    apply (is_derive_ext (fun _ => nth (j - count) constants 0)); [|apply (is_derive_const (nth (j - count) constants 0))].
-    intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [lia | easy].
-  - rewrite app_nth1 by now rewrite map_length, seq_length.
-    set (box := fun i => Some (TM.add coarse span (fst (models_of coarse p i)) (TM.const room), unit_slopes i)).
-    rewrite (nth_indep _ None (box O)) by now rewrite map_length, seq_length.
-    rewrite (map_nth box), seq_nth by easy.
-    intros r Hr; unfold inputs; rewrite nth_state.
-    destruct (Nat.ltb_spec j count) as [_|]; [|lia]; split.
-    + apply add_reads.
-        exists (fun s => Xreal (candidate p j s)); split; [apply models_correct | easy].
-      apply const_reads, room_in; rewrite Rabs_mult, (Rabs_right r) by lra.
-      apply Rle_trans with (2 := He j H); pose proof (Rabs_pos (e j)); nra.
-    + exists (fun k => if Nat.eqb k j then 1 else 0); split; [now apply unit_slopes_within|].
-      rewrite sum_unit by easy.
-      apply (is_derive_ext (fun r => candidate p j s + r * e j)).
-        intros t; rewrite nth_state; destruct (Nat.ltb_spec j count); [easy | lia].
-      auto_derive; [easy | ring].
-destruct (nth i (slopes_found p) None) as [[x l]|]; [|easy].
-destruct (mean_value _ _ _ _ _ _ _ M) as [g [G E]].
-exists g; split.
-  intros j a Ha; simpl; generalize (G j); unfold slope_reads; destruct (nth j l None) as [m|].
-    intros R; now apply value_in with s.
-  intros ->; apply zero_in.
-assert (E1 : inputs 1 = map (fun j => candidate p j s + e j) (seq 0 count) ++ constants).
-  unfold inputs; f_equal; apply map_ext; intros j; ring.
-assert (E0 : inputs 0 = candidate_state p s ++ constants).
-  unfold inputs, candidate_state; f_equal; apply map_ext; intros j; ring.
-now rewrite <- E, E1, E0.
+intros Hs He Has; destruct (field_change p s (fun _ => 0) e i Hs) as [g [G E]]; try easy.
+  intros _ _; rewrite Rabs_R0; unfold error; lra.
+exists g; split; [exact G|].
+replace (candidate_state p s) with (map (fun j => candidate p j s + 0) (seq 0 count)).
+  rewrite E; apply sum_ext; intros j _; ring.
+apply map_ext; intros j; ring.
 Qed.
 
 Lemma finite_choice n (P : nat -> (nat -> R) -> Prop) :

@@ -12,13 +12,9 @@ Section Bicycle.
 Variable program : list term.
 Variable integers : list Z.
 Variable start : list (Z * Z).
-Local Notation constants := (constants integers).
 Local Notation field := (field program integers).
 Local Notation motion := (motion program integers).
 Local Notation begins := (begins start).
-Local Notation constants_in := (constants_in integers).
-Local Notation rates_of := (rates_of program integers).
-Local Notation missing := (missing program integers).
 Local Notation missing_squares := (missing_squares program integers).
 Local Notation slopes_found := (slopes_found program integers).
 Local Notation check_piece := (check_piece program integers).
@@ -34,9 +30,18 @@ Hypothesis framed : check_frame c = true.
 Notation out := (real (frame c)).
 Notation back := (real (inverse c)).
 Notation wall := (Q2R (tube c)).
+Notation accuracy := (Q2R (claim c)).
 
-Lemma frame_parts : all_states (fun i => all_states (is_inverse c i)) = true /\ all_states (is_low c) = true.
-Proof. generalize framed; unfold check_frame; now rewrite andb_true_iff. Qed.
+Lemma frame_parts :
+  all_states (fun i => all_states (is_inverse c i)) = true /\ all_states (is_low c) = true.
+Proof. generalize framed; unfold check_frame; rewrite !andb_true_iff; tauto. Qed.
+
+Lemma accuracy_between : 0 <= accuracy <= error.
+Proof.
+generalize framed; unfold check_frame; rewrite !andb_true_iff, !Qle_bool_iff; intros [[_ L] U].
+apply Qle_Rle in L, U; rewrite RMicromega.Q2R_0 in L.
+replace (Q2R (1 # 100000000)) with error in U by (unfold Q2R, error, Qnum, Qden; field); lra.
+Qed.
 
 Lemma inverse_spec i k : is_inverse c i k = true -> times out back i k = if Nat.eqb k i then 1 else 0.
 Proof.
@@ -54,20 +59,17 @@ exact (all_states_spec (is_inverse c i) k
   (all_states_spec (fun i => all_states (is_inverse c i)) i F Hi) Hk).
 Qed.
 
-Lemma squared_error_real : Q2R squared_error = error * error.
-Proof. unfold Q2R, squared_error, error, Qnum, Qden; field. Qed.
-
 Lemma low_spec i :
-  is_low c i = true -> sum count (fun j => out i j * out i j) * wall <= error * error.
+  is_low c i = true -> sum count (fun j => out i j * out i j) * wall <= accuracy * accuracy.
 Proof.
 unfold is_low; intros E; apply Qle_bool_iff, Qle_Rle in E.
-rewrite Q2R_mult, qsum_real, squared_error_real in E.
+rewrite !Q2R_mult, qsum_real in E.
 apply Rle_trans with (2 := E), Req_le; f_equal.
 apply sum_ext; intros j _; unfold real; now rewrite Q2R_mult.
 Qed.
 
 Lemma frame_tube i :
-  (i < count)%nat -> sum count (fun j => out i j * out i j) * wall <= error * error.
+  (i < count)%nat -> sum count (fun j => out i j * out i j) * wall <= accuracy * accuracy.
 Proof.
 intros Hi; apply low_spec; destruct frame_parts as [_ F].
 exact (all_states_spec (is_low c) i F Hi).
@@ -91,15 +93,21 @@ rewrite <- (sum_unit count i (gap p x t s) Hi) at 1.
 apply sum_ext; intros k Hk; fold (times out back i k); now rewrite frame_identity.
 Qed.
 
-Lemma gap_small p x t s i :
-  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= error.
+Lemma gap_near p x t s i :
+  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= accuracy.
 Proof.
 intros Hi S.
-assert (G : Rsqr (gap p x t s i) <= Rsqr error).
+assert (G : Rsqr (gap p x t s i) <= Rsqr accuracy).
   rewrite gap_is by easy; apply Rle_trans with (1 := cauchy_schwarz _ _ _).
   apply Rle_trans with (2 := frame_tube i Hi), Rmult_le_compat_l; [|exact S].
   apply sum_nonneg; intros j _; apply Rle_0_sqr.
-apply Rsqr_le_abs_0 in G; now rewrite (Rabs_right error) in G by (unfold error; lra).
+apply Rsqr_le_abs_0 in G; now rewrite (Rabs_right accuracy) in G by (apply Rle_ge, accuracy_between).
+Qed.
+
+Lemma gap_small p x t s i :
+  (i < count)%nat -> squares p x t s <= wall -> Rabs (gap p x t s i) <= error.
+Proof.
+intros Hi S; apply Rle_trans with (2 := proj2 accuracy_between); now apply gap_near.
 Qed.
 
 Lemma part_correct k K found q G s z :
@@ -170,9 +178,21 @@ apply mul_in.
 apply exp_in, mul_in; [now apply add_in | apply length_is_in].
 Qed.
 
+(* It moves as the equations say where it is in the tube. *)
+Definition guided (p : piece) (x : nat -> R -> R) (until t : R) : Prop :=
+  forall v, - half <= v <= half -> t + v <= until -> forall i, (i < count)%nat ->
+  ex_derive (x i) (t + v) /\
+  (squares p x t v < wall -> is_derive (x i) (t + v) (field i (state x (t + v)))).
+
+Lemma motion_guided p x until t : motion x until -> half <= t -> guided p x until t.
+Proof.
+intros M Ht v Hv U i Hi; assert (D := M (t + v) ltac:(lra) i Hi).
+split; [now exists (field i (state x (t + v))) | easy].
+Qed.
+
 Lemma piece_correct p x until t s w d :
   check_piece (matrix_in (frame c)) (matrix_in (inverse c)) p = true ->
-  motion x until -> half <= t -> - half <= s <= half -> t + s <= until ->
+  guided p x until t -> - half <= s <= half -> t + s <= until ->
   0 < d ->
   (forall v, - half <= v <= half ->
     sum count (fun i => sum count (fun j => back i j * defect p v j)
@@ -182,12 +202,12 @@ Lemma piece_correct p x until t s w d :
   squares p x t s <= real_bound (over (rate p) 10) w d.
 Proof.
 unfold check_piece; rewrite !andb_true_iff.
-intros [[[Has _] Rate] Parts] Motion Ht Hs Until D0 Miss W0 Entry Wall.
+intros [[[Has _] Rate] Parts] Guided Hs Until D0 Miss W0 Entry Wall.
 set (k := over (rate p) 10) in *; set (r := real_ratio w d).
 assert (R0 : 0 < r) by now apply ratio_positive.
 assert (K0 : 0 <= k) by (apply over_nonneg; [now apply Z.leb_le | lia]).
 set (z := coordinate p x t).
-set (speed := fun v j => field j (state x (t + v)) - slope_of (nth j (coefficients p) nil) v).
+set (speed := fun v j => Derive (x j) (t + v) - slope_of (nth j (coefficients p) nil) v).
 set (dz := fun v i => sum count (fun j => back i j * speed v j)).
 replace s with (s + half - half) by ring.
 apply (stays (fun u => squares p x t (u - half))
@@ -207,8 +227,9 @@ apply (stays (fun u => squares p x t (u - half))
     intros j Hj; apply (is_derive_scal (fun u => gap p x t (u - half) j)).
     unfold gap, speed.
     apply (is_derive_minus (fun u => x j (t + (u - half))) (fun u => candidate p j (u - half))).
-      replace (field j (state x (t + (u - half)))) with (1 * field j (state x (t + (u - half)))) by ring.
-      apply (is_derive_comp (x j) (fun u => t + (u - half))); [apply Motion; [lra | easy]|].
+      replace (Derive (x j) (t + (u - half))) with (1 * Derive (x j) (t + (u - half))) by ring.
+      apply (is_derive_comp (x j) (fun u => t + (u - half))).
+        now apply Derive_correct, (Guided (u - half)); try lra.
       auto_derive; [easy | ring].
     replace (slope_of (nth j (coefficients p) nil) (u - half))
       with (1 * slope_of (nth j (coefficients p) nil) (u - half)) by ring.
@@ -234,6 +255,8 @@ apply (stays (fun u => squares p x t (u - half))
     intros j Hj; apply gap_small; [easy | lra].
   assert (E : map (fun j => candidate p j v + gap p x t v j) (seq 0 count) = state x (t + v)).
     apply map_ext; intros j; unfold gap; ring.
+  assert (Moves : forall j, (j < count)%nat -> is_derive (x j) (t + v) (field j (state x (t + v)))).
+    intros j Hj; now apply (Guided v Hv ltac:(unfold v; lra) j Hj).
   set (B := times back (times G out)).
   set (miss := fun i => sum count (fun j => back i j * defect p v j)).
   assert (Dz : forall i, dz v i = sum count (fun j => B i j * z v j) - miss i).
@@ -243,7 +266,7 @@ apply (stays (fun u => squares p x t (u - half))
       apply sum_ext; intros j Hj.
       destruct (HG j Hj) as [_ F]; rewrite E in F.
       replace (speed v j) with (sum count (fun l => G j l * gap p x t v l) - defect p v j)
-        by (unfold speed, defect; lra).
+        by (unfold speed, defect; rewrite (is_derive_unique _ _ _ (Moves j Hj)); lra).
       replace (sum count (fun l => G j l * gap p x t v l))
         with (sum count (fun l => times G out j l * z v l)); [ring|].
       transitivity (sum count (fun l => G j l * sum count (fun m => out l m * z v m))).
@@ -404,13 +427,13 @@ Proof. unfold half; lra. Qed.
 (* The bound of the first piece of a list that passes the check *)
 Lemma first_correct p rest next W w x until t :
   check_chain (matrix_in (frame c)) (matrix_in (inverse c)) (rational (tube c)) next W (p :: rest) = true ->
-  motion x until -> half <= t -> 0 <= w -> w \in W ->
+  guided p x until t -> 0 <= w -> w \in W ->
   (t - half <= until -> squares p x t (- half) <= w) ->
   exists b, 0 <= b /\ b < wall /\
     b \in bound (scaled (rate p) 10) W (above (missing_squares (matrix_in (inverse c)) p)) /\
     forall v, - half <= v <= half -> t + v <= until -> squares p x t v <= b.
 Proof.
-intros C M Ht W0 HW Entry; pose proof half_positive as H0.
+intros C M W0 HW Entry; pose proof half_positive as H0.
 assert (Piece := first_checked _ _ _ _ _ _ _ C).
 cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [[[[_ Above] Positive] Low] _].
 assert (Miss : forall v, - half <= v <= half ->
@@ -431,7 +454,7 @@ intros v Hv V.
 assert (Missed : forall r, - half <= r <= half -> turned_squares (defect p r) <= d).
   intros r Hr; left; exact (less_by _ _ _ _ D (Miss r Hr) Above).
 assert (Begin : squares p x t (- half) <= w) by (apply Entry; lra).
-exact (piece_correct p x until t v w d Piece M Ht Hv V D0 Missed W0 Begin L).
+exact (piece_correct p x until t v w d Piece M Hv V D0 Missed W0 Begin L).
 Qed.
 
 Lemma after_nonneg w j : 0 <= w -> 0 <= j -> 0 <= real_after w j.
@@ -447,7 +470,7 @@ Lemma chain_correct pieces : forall x until t w W next,
   match pieces with nil => True | p :: _ => t - half <= until -> squares p x t (- half) <= w end ->
   (forall k p, nth_error pieces k = Some p ->
    forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
-   forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error) /\
+   forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= accuracy) /\
   (forall q e, next = Some (q, e) -> pieces <> nil ->
    t + 2 * INR (length pieces) * half - half <= until ->
    squares q x (t + 2 * INR (length pieces) * half) (- half) <= Q2R e).
@@ -456,11 +479,11 @@ pose proof half_positive as H0.
 induction pieces as [|p rest IH]; intros x until t w W next C M Ht W0 HW Entry.
   split; [intros k q Q; destruct k; discriminate Q | intros q e _ N; now elim N].
 assert (Piece := first_checked _ _ _ _ _ _ _ C).
-destruct (first_correct p rest next W w x until t C M Ht W0 HW Entry) as [b [B0 [L [B Inside]]]].
+destruct (first_correct p rest next W w x until t C (motion_guided p x until t M Ht) W0 HW Entry) as [b [B0 [L [B Inside]]]].
 cbn [check_chain] in C; rewrite !andb_true_iff in C; destruct C as [_ C].
 assert (First : forall s, - half <= s <= half -> t + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= error).
-  intros s Hs U i Hi; apply (gap_small p x t s i Hi); specialize (Inside s Hs U); lra.
+  forall i, (i < count)%nat -> Rabs (x i (t + s) - candidate p i s) <= accuracy).
+  intros s Hs U i Hi; apply (gap_near p x t s i Hi); specialize (Inside s Hs U); lra.
 destruct rest as [|r rest].
 - split.
     intros k q Q s Hs U i Hi; destruct k as [|k]; [|destruct k; discriminate Q].
@@ -512,7 +535,7 @@ Lemma blocks_correct blocks : forall x until t,
   end ->
   forall k p, nth_error (concat (map members blocks)) k = Some p ->
   forall s, - half <= s <= half -> t + 2 * INR k * half + s <= until ->
-  forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i (t + 2 * INR k * half + s) - candidate p i s) <= accuracy.
 Proof.
 pose proof half_positive as H0.
 induction blocks as [|b rest IH]; intros x until t A M Ht Entry k p P s Hs U i Hi;
@@ -537,10 +560,15 @@ Qed.
 
 End Frame.
 
+Lemma start_framed c b : check_start c b = true -> check_frame c = true.
+Proof.
+unfold check_start; destruct (members b) as [|p l]; [discriminate|]; rewrite !andb_true_iff; tauto.
+Qed.
+
 (* The blocks of a certificate, of which the first begins near the initial state. *)
 Theorem enclosed c b rest x until :
   check_start c b = true -> all_checked c (b :: rest) -> motion x until -> begins x ->
-  near_candidate x until (concat (map members (b :: rest))).
+  near_candidate x until (concat (map members (b :: rest))) (Q2R (claim c)).
 Proof.
 intros St A M B k p P s Hs U i Hi.
 unfold check_start in St; destruct (members b) as [|q l] eqn:E; [discriminate St|].
@@ -560,11 +588,11 @@ Lemma entry_nonneg b : Qle_bool 0 (entry_of b) = true -> 0 <= Q2R (entry_of b).
 Proof. intros H; apply Qle_bool_iff, Qle_Rle in H; now rewrite RMicromega.Q2R_0 in H. Qed.
 
 (* At each time that the pieces cover, the motion is near one of them. *)
-Lemma covered x until pieces :
-  near_candidate x until pieces -> forall t, 0 <= t <= until ->
+Lemma covered x until pieces accuracy :
+  near_candidate x until pieces accuracy -> forall t, 0 <= t <= until ->
   t <= 2 * INR (length pieces) * half -> (0 < length pieces)%nat ->
   exists p s, In p pieces /\ - half <= s <= half /\
-  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= accuracy.
 Proof.
 intros Near t Ht L N; assert (H0 : 0 < half) by (unfold half; lra).
 assert (K : exists k, (k < length pieces)%nat /\ 2 * INR k * half <= t <= 2 * INR k * half + 2 * half).
@@ -583,11 +611,11 @@ apply (Near k p P); [exact S | lra | exact Hi].
 Qed.
 
 (* 160 pieces cover ten seconds. *)
-Lemma ten_seconds_covered x pieces :
-  near_candidate x 10 pieces -> length pieces = 160%nat ->
+Lemma ten_seconds_covered x pieces accuracy :
+  near_candidate x 10 pieces accuracy -> length pieces = 160%nat ->
   forall t, 0 <= t <= 10 -> exists p s, In p pieces /\ - half <= s <= half /\
-  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= error.
+  forall i, (i < count)%nat -> Rabs (x i t - candidate p i s) <= accuracy.
 Proof.
-intros Near L t Ht; apply (covered x 10 pieces Near t Ht); rewrite L; [|lia].
+intros Near L t Ht; apply (covered x 10 pieces accuracy Near t Ht); rewrite L; [|lia].
 unfold half; simpl; lra.
 Qed.

@@ -19,8 +19,6 @@ Lemma integer_in n : IZR n \in integer n.
 Proof. apply I.fromZ_correct. Qed.
 Lemma zero_in : 0 \in I.zero.
 Proof. rewrite I.zero_correct; simpl; lra. Qed.
-Lemma zero_only x : x \in I.zero -> x = 0.
-Proof. rewrite I.zero_correct; simpl; lra. Qed.
 Lemma add_in x y a b : x \in a -> y \in b -> x + y \in I.add prec a b.
 Proof. intros X Y; exact (I.add_correct prec _ _ _ _ X Y). Qed.
 Lemma sub_in x y a b : x \in a -> y \in b -> x - y \in I.sub prec a b.
@@ -29,12 +27,6 @@ Lemma mul_in x y a b : x \in a -> y \in b -> x * y \in I.mul prec a b.
 Proof. intros X Y; exact (I.mul_correct prec _ _ _ _ X Y). Qed.
 Lemma neg_in x a : x \in a -> - x \in I.neg a.
 Proof. intros X; exact (I.neg_correct _ _ X). Qed.
-Lemma abs_in x a : x \in a -> Rabs x \in I.abs a.
-Proof. intros X; exact (I.abs_correct _ _ X). Qed.
-Lemma sin_in x a : x \in a -> sin x \in I.sin prec a.
-Proof. intros X; exact (I.sin_correct prec _ _ X). Qed.
-Lemma cos_in x a : x \in a -> cos x \in I.cos prec a.
-Proof. intros X; exact (I.cos_correct prec _ _ X). Qed.
 Lemma exp_in x a : x \in a -> exp x \in I.exp prec a.
 Proof. intros X; exact (I.exp_correct prec _ _ X). Qed.
 Lemma div_in x y a b : y <> 0 -> x \in a -> y \in b -> x / y \in I.div prec a b.

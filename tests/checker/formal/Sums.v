@@ -38,15 +38,6 @@ induction n as [|n IH]; intros H; simpl; [lra|].
 apply Rplus_le_le_0_compat; auto.
 Qed.
 
-Lemma term_le_sum n f i : (forall j, (j < n)%nat -> 0 <= f j) -> (i < n)%nat -> f i <= sum n f.
-Proof.
-induction n as [|n IH]; intros H Hi; [lia|]; simpl.
-destruct (Nat.eq_dec i n) as [->|N].
-  assert (0 <= sum n f) by (apply sum_nonneg; auto); lra.
-assert (f i <= sum n f) by (apply IH; [auto | lia]).
-assert (0 <= f n) by auto; lra.
-Qed.
-
 Lemma is_derive_sum n (f df : nat -> R -> R) s :
   (forall i, (i < n)%nat -> is_derive (f i) s (df i s)) ->
   is_derive (fun u => sum n (fun i => f i u)) s (sum n (fun i => df i s)).

@@ -3,8 +3,9 @@
 ``python tests/checker/formal/export.py FOLDER 1 2 3`` writes ``Equations.v``, the equations of
 motion as a program for CoqInterval. For each maneuver it writes ``Certificate1.v``, polynomials
 with short dyadic coefficients from the published trajectory, and the numbers of their proof; and
-``Checked1_0.v`` to ``Checked1_4.v``, which carry out the checks. Nothing in the certificates has to
-be believed: Coq checks them, and the equations are what the theorems are about.
+``Checked1_0.v`` to ``Checked1_4.v``, which carry out the checks. ``Lines.v`` contains the published
+text. Nothing in the certificates has to be believed: Coq checks them, and the equations and the
+text are what the theorems are about.
 """
 
 import json
@@ -24,21 +25,18 @@ from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Balls
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.layout import TEXT
 from heyoka_bike.reference.proof.candidate import read_candidate
 
 BITS = 200
 GRID = 52  # Coefficients are integers over 2 to this power,
 RATES = 10  # growth rates over this one,
-TUBE = 80  # the tube over this one,
+TUBE = 100  # the tube over this one,
 ENTRIES = 120  # the sums of squares at the beginning of a block over this one,
 FRAME = 12  # the lower triangle of a frame over this one.
 PIECES, LENGTH = 160, Fraction(1, 16)  # [s]
 BLOCK = 32  # pieces that Coq checks in one file
-# In each block squares grow more by this factor, because of the defect. It adds most in the first
-# block, where errors are smallest. Maneuver 1 needs nearly these factors, the others less.
-ROOM = (4.5, 1.9, 1.42, 1.2, 1.1)
 DEGREE = 14
-ERROR = Fraction(1, 10**8)  # what is claimed [rad, rad/s], as in Enclosure.v
 SAMPLES = 16  # of the growth rate in a piece
 # Added to the growth rate of squares [1/s], because Coq's intervals are wider. Maneuver 1 needs
 # 0.17.
@@ -183,18 +181,21 @@ def _visit(x: Node, order: dict[Node, None]) -> None:
     order.setdefault(x)
 
 
-def regular(run: Trajectory, t: Fraction) -> list[flint.arb]:
-    """Return the state of a published trajectory in the variables of the regular equations."""
+def regular(run: Trajectory, own: Equations, t: Fraction) -> list[flint.arb]:
+    """Return the state of a published trajectory in the variables of the regular equations.
+
+    `own` are the equations in the variables of the trajectory.
+    """
     state = run.state(t)
     if run.is_regular:
         return state
-    _, speeds = run.equations(Balls(BITS)).unfold(state)
+    _, speeds = own.unfold(state)
     return [*state[:3], speeds.p, speeds.steer_rate, *state[5:]]
 
 
 def taylor(equations: Equations, start: Sequence[flint.arb]) -> list[list[flint.arb]]:
-    """Taylor coefficients of the motion through a state, by variable."""
-    x, equations = [[value.mid()] for value in start], equations.over(AtPoints(BITS))
+    """Taylor coefficients of the motion through a state, by variable, at points."""
+    x = [[value.mid()] for value in start]
     for n in range(1, DEGREE + 1):
         # flint keeps the length of all series in a global.
         flint.ctx.cap = n
@@ -213,8 +214,20 @@ def rounded(x: flint.arb, grid: int) -> int:
 class Frame:
     """Coordinates of the error: a unit lower triangle times scales, and the exact inverse."""
 
-    def __init__(self, lower: Sequence[Sequence[int]], scales: Sequence[float]) -> None:
+    def __init__(
+        self,
+        lower: Sequence[Sequence[int]],
+        scales: Sequence[float],
+        claim: str,
+        room: Sequence[float],
+    ) -> None:
+        """Build the matrices.
+
+        `claim` bounds every error [rad, rad/s]. In each block squares grow more by the factor of
+        `room`, because of the defect. It adds most in the first block, where errors are smallest.
+        """
         n, self.matrix, self.inverse = len(scales), [], []
+        self.claim, self.room = Fraction(claim), room
         unit = [[Fraction(x, 2**FRAME) for x in row] + [Fraction(1)] for row in lower]
         over = [Fraction(x) for x in scales]
         for i in range(n):
@@ -230,9 +243,9 @@ class Frame:
 
     @property
     def tube(self) -> Fraction:
-        """The largest sum of squares with which every error is within the bound."""
+        """The largest sum of squares with which every error is within the claim."""
         worst = max(sum(x * x for x in row) for row in self.matrix)
-        return Fraction(math.floor(ERROR**2 / worst * 2**TUBE), 2**TUBE)
+        return Fraction(math.floor(self.claim**2 / worst * 2**TUBE), 2**TUBE)
 
 
 def growth(equations: Equations, frame: Frame, motion: np.ndarray) -> list[int]:
@@ -267,7 +280,8 @@ def certificate_file(equations: Equations, run: Trajectory, number: int) -> str:
     frame = Frame(**json.loads(FRAMES.read_text())[f"maneuver {number}"])
     with flint.ctx.workprec(BITS):
         middles = [LENGTH * k + LENGTH / 2 for k in range(PIECES)]
-        motion = [taylor(equations, regular(run, t)) for t in middles]
+        own, points = run.equations(Balls(BITS)), equations.over(AtPoints(BITS))
+        motion = [taylor(points, regular(run, own, t)) for t in middles]
         pieces = [[[rounded(a, GRID) for a in c] for c in piece] for piece in motion]
     values = np.array([[[float(a) / 2**GRID for a in c] for c in piece] for piece in pieces])
     rates = growth(Equations.binary64(equations.bicycle), frame, values)
@@ -291,7 +305,7 @@ Definition start : list (Z * Z) := [{fractions}].
 Definition certified : certificate := Certificate
   {_matrix(frame.matrix)}
   {_matrix(frame.inverse)}
-  {_fraction(frame.tube)}.
+  {_fraction(frame.tube)} {_fraction(frame.claim)}.
 
 {blocks}"""
 
@@ -306,10 +320,23 @@ Proof. vm_cast_no_check (eq_refl true). Qed.
 """
 
 
+def text_file(text: str) -> str:
+    """The lines of the published text as Coq's strings."""
+    strings = ";\n".join(f'"{line}"' for line in text.splitlines())
+    return f"""(* The lines of reference/{TEXT}, written by export.py. *)
+From Coq Require Import List String.
+Import ListNotations.
+Open Scope string_scope.
+
+Definition lines : list string := [
+{strings}].
+"""
+
+
 def entries_of(frame: Frame, rates: Sequence[int]) -> list[Fraction]:
     """Claim sums of squares at the beginning of each block, from the growth up to the tube."""
     entries, left = [], float(frame.tube)
-    for n, factor in reversed(list(enumerate(ROOM))):
+    for n, factor in reversed(list(enumerate(frame.room))):
         grown = sum(rates[n * BLOCK : (n + 1) * BLOCK]) / 2**RATES * float(LENGTH)
         left /= factor * math.exp(grown)
         entries.append(Fraction(math.floor(left * 2**ENTRIES), 2**ENTRIES))
@@ -334,8 +361,10 @@ if __name__ == "__main__":
     balls = Equations.of(bicycle, Balls(BITS))
     folder = Path(sys.argv[1])
     (folder / "Equations.v").write_text(equations_file(balls))
-    runs = read_candidate(DATASET)
-    for number in map(int, sys.argv[2:]):
+    runs, numbers = read_candidate(DATASET), [int(word) for word in sys.argv[2:]]
+    if numbers:
+        (folder / "Lines.v").write_text(text_file((DATASET / TEXT).read_text()))
+    for number in numbers:
         text = certificate_file(balls, runs[number - 1], number)
         (folder / f"Certificate{number}.v").write_text(text)
         for n in range(PIECES // BLOCK):

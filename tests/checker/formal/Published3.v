@@ -1,0 +1,36 @@
+(* The published text of maneuver 3. *)
+From Coq Require Import Reals List Lra.
+Require Import Checks Equations Certificate3 Maneuver3 Lines Text.
+Open Scope R_scope.
+
+Lemma line_count : length lines = 1001%nat.
+Proof. vm_compute; reflexivity. Qed.
+
+Lemma compared : check_text pieces 3 lines = true.
+Proof. vm_cast_no_check (eq_refl true). Qed.
+
+(* In rad or rad/s *)
+Definition text_accuracy : R := 11 / 100000000000.
+
+(* A motion of the bicycle that begins as maneuver 3 does is within 1.1e-10 of the text's angles and
+   rates, and within 3.3e-11 m/s of its forward speeds. *)
+Theorem published_3 (x : nat -> R -> R) (until : R) :
+  motion equations integers x until -> begins start x -> near_text x until lines 3 text_accuracy.
+Proof.
+intros M B; apply (published x until pieces 3 lines accuracy); [|exact compared|].
+  unfold accuracy, reading, text_accuracy; lra.
+exact (maneuver_3 x until M B).
+Qed.
+
+(* There is exactly one such motion for ten seconds: shorter ones agree with it, too. Each line of
+   the text is as near to it. *)
+Theorem published_ten_seconds : exists x, motion equations integers x 10 /\ begins start x /\
+  (forall y until, until <= 10 -> motion equations integers y until -> begins start y ->
+   forall t, 0 <= t <= until -> forall i, (i < count)%nat -> y i t = x i t) /\
+  near_text x 10 lines 3 text_accuracy.
+Proof.
+destruct ten_seconds as [x [M [B [Unique _]]]].
+exact (ex_intro _ x (conj M (conj B (conj Unique (published_3 x 10 M B))))).
+Qed.
+
+Print Assumptions published_ten_seconds.
