@@ -107,7 +107,7 @@ def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values
     assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert said in out
-    assert "Compared with a simulation" not in out
+    assert "A simulation with this agrees" not in out
     assert "parameter explains the error" not in out
 
 
