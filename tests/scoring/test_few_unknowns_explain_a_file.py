@@ -332,3 +332,10 @@ def test_without_heyoka_mistakes_of_the_output_are_found(reference, tmp_path):
     late = {m.code: m for m in MISTAKES}["one_step_late"]
     found = without_heyoka(results_of(reference, [late], 1e-6).maneuvers, tmp_path)
     assert found["mistake"]["evidence"]["mistakes"] == ["one_step_late"]
+
+
+@pytest.mark.proof
+def test_a_usual_mistake_is_not_repeated_as_a_fitted_value(reference):
+    (gravity,) = (m for m in MISTAKES if m.code == "gravity_9.8")
+    said = diagnose(results_of(reference, [gravity], 1e-9), reference).diagnosis
+    assert [f.code for f in said if f.code in ("mistake", "parameters")] == ["mistake"]

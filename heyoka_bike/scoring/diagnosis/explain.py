@@ -20,6 +20,7 @@ from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.claims import ends_search
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.programs.program import apply, differences
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
@@ -119,7 +120,7 @@ def explain(
         # The time limit has been reached. Continue with the hypotheses that were judged before it.
         is_whole = False
     progress(1.0)
-    classes = ranked(file, search.found, search.starts)
+    classes = _different(file, ranked(file, search.found, search.starts))
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
         ended = is_whole and plan is EVERYTHING and search.stops_at_unknown_force
@@ -129,6 +130,23 @@ def explain(
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)
     units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
     return Diagnosis(classes, tried, residual, file.curves(best), units, is_whole)
+
+
+def _different(
+    file: FileUnderTest, classes: Sequence[tuple[Hypothesis, ...]]
+) -> tuple[tuple[Hypothesis, ...], ...]:
+    """Drop classes whose first cause changes the same values as the likeliest cause.
+
+    For example, g = 9.8 as a usual mistake and as a fitted value is one cause in two wordings.
+    """
+
+    def changed(hypotheses: tuple[Hypothesis, ...]) -> set[str]:
+        mistakes = hypotheses[0].mistakes
+        is_of_model = all(m.kind == "model" for m in mistakes)
+        return differences(apply(file.program, mistakes), file.program) if is_of_model else set()
+
+    first = changed(classes[0]) if classes else set()
+    return tuple(c for i, c in enumerate(classes) if i == 0 or not first or changed(c) != first)
 
 
 def _left_of_equations(residual: Residual | None) -> str:
