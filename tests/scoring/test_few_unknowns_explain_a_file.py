@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,8 +27,10 @@ from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.explain import explain
+from heyoka_bike.scoring.diagnosis.explain import _different, explain
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.program import other_values
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
@@ -334,8 +337,12 @@ def test_without_heyoka_mistakes_of_the_output_are_found(reference, tmp_path):
     assert found["mistake"]["evidence"]["mistakes"] == ["one_step_late"]
 
 
-@pytest.mark.proof
 def test_a_usual_mistake_is_not_repeated_as_a_fitted_value(reference):
+    program = correct(reference)
     (gravity,) = (m for m in MISTAKES if m.code == "gravity_9.8")
-    said = diagnose(results_of(reference, [gravity], 1e-9), reference).diagnosis
-    assert [f.code for f in said if f.code in ("mistake", "parameters")] == ["mistake"]
+    fitted, another = (
+        other_values({name: x}, {name: 0.0}, program) for name, x in (("g", -0.01), ("mB", 1.0))
+    )
+    classes = [(Hypothesis((m,), {}, {}, ()),) for m in (gravity, fitted, another)]
+    kept = _different(SimpleNamespace(program=program), classes)
+    assert kept == (classes[0], classes[2])
