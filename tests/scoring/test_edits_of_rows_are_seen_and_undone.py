@@ -15,6 +15,7 @@ from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.output_faults import (
     HalfPrecision,
     OtherColumn,
+    RateOfOtherRow,
     RowsBetween,
     RowsReversed,
     SingleRows,
@@ -32,6 +33,7 @@ from heyoka_bike.scoring.rows.edits import (
 )
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
+from heyoka_bike.scoring.rows.rates import shifted_rate
 from heyoka_bike.scoring.rows.wrong_times import other_clocks
 from heyoka_bike.scoring.score import score
 
@@ -193,3 +195,14 @@ def test_whole_rows_that_repeat_the_row_before_are_left_out(reference):
     for part in undone.parts:
         assert len(part.time) == len(TIME) - 3
         assert not np.isin(TIME[[40, 90, 130]], part.time).any()
+
+
+def test_a_rate_of_another_row_in_one_maneuver_is_seen(reference):
+    """The error of an integrator shifts the rates of all maneuvers alike, but this only one."""
+    late = columns(reference)
+    rate = late[2]["steer_rate"]
+    late[2]["steer_rate"] = np.r_[rate[0], rate[:-1]]
+    undone = shifted_rate(report_of(late, reference))
+    assert undone.seen == (RateOfOtherRow("steer_rate", 1.0, (2,)),)
+    left = {part.number: "steer_rate" in part.values for part in undone.parts}
+    assert left == {1: True, 2: False, 3: True}

@@ -192,24 +192,28 @@ class RateOfOtherRow(Evidence):
     key
     rows
         Delay in rows; negative if the rate is early.
+    maneuvers : tuple of int
+        The maneuvers with this delay; empty if all have it.
     """
 
     key: str
     rows: float
+    maneuvers: tuple[int, ...] = ()
 
     code = "rate_of_other_row"
     severity = Severity.WARNING
 
     def message(self) -> str:
         row = "half a row" if abs(self.rows) < 1.0 else "one row"
+        where = maneuvers(self.maneuvers) if self.maneuvers else "every maneuver"
         return (
             f"{self.key} is the rate of its own angle {row} "
-            f"{'earlier' if self.rows > 0.0 else 'later'}, in every maneuver. Write the angle and "
+            f"{'earlier' if self.rows > 0.0 else 'later'}, in {where}. Write the angle and "
             "the rate of the same time. The other columns are diagnosed without it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        return {"column": self.key, "rows": self.rows}
+        return {"column": self.key, "rows": self.rows, "maneuvers": list(self.maneuvers)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -145,25 +145,45 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
 
 
 def shifted_rate(report: Report) -> Undone | None:
-    """Look for a rate that is shifted by rows from its own angle, while the other rate is not."""
-    rates = _rates_of(report)
-    each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
-    alike = {key: next(iter(of)) for key, of in each.items() if len(of) == 1}
-    wrong = {key: RateOfOtherRow(key, rows) for key, rows in alike.items() if rows}
-    return _without_wrong_rates(report, rates, wrong)
+    """Look for a rate that is shifted by rows from its own angle.
+
+    It may be shifted in some maneuvers only, if it is the slope of its angle in the others. None if
+    both rates are shifted: later steps then try other times, and programs with this mistake.
+    """
+    wrong = {}
+    for key in _rates_of(report):
+        each = {m.maneuver: _rows_off(m, key) for m in report.maneuvers}
+        shifted = {n: x for n, x in each.items() if x[0]}
+        others = [off for n, (_, off) in each.items() if n not in shifted]
+        least = min((off for _, off in shifted.values()), default=0.0)
+        if len({rows for rows, _ in shifted.values()}) == 1 and all(
+            BY_FAR * off < least for off in others
+        ):
+            rows = next(iter(shifted.values()))[0]
+            wrong[key] = RateOfOtherRow(key, rows, tuple(shifted) if others else ())
+    if len(wrong) != 1:
+        return None
+    parts = []
+    for m in report.maneuvers:
+        here = {k for k, x in wrong.items() if m.maneuver in (x.maneuvers or (m.maneuver,))}
+        parts.append(m.part.only(m.part.values.keys() - here))
+    return Undone(tuple(wrong.values()), tuple(parts))
 
 
-def _rows_off(m: ManeuverScore, key: str) -> float:
-    """Delay of a rate relative to the slope of its angle, one of `ROWS_LATE`; 0 if none fits."""
+def _rows_off(m: ManeuverScore, key: str) -> tuple[float, float]:
+    """Delay of a rate relative to the slope of its angle, and its distance from this slope.
+
+    The delay is one of `ROWS_LATE`, or 0 if none fits. The distance is relative to the rate,
+    infinite if it is not known.
+    """
     both = _with_its_angle(m, key)
-    # If the rate is right, the angle is the wrong column of the two.
-    if both is None or is_right_column(both[0]):
-        return 0.0
+    if both is None:
+        return 0.0, np.inf
     rate, angle = both
     time = rate.trace.time
     step = float(np.ptp(time)) / (len(time) - 1)
     if not are_even(time - time[0], step):
-        return 0.0
+        return 0.0, np.inf
     powers = local_polynomials(time, angle.trace.value, _DEGREE_OF_SLOPES)
     inner = slice(_DEGREE_OF_SLOPES, -_DEGREE_OF_SLOPES)
 
@@ -174,6 +194,10 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
 
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
-    is_best = BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size)
+    # If the rate is right, the angle is the wrong column of the two.
+    is_best = not is_right_column(rate) and BY_FAR * off(best) < min(
+        off(0.0), TOLERANCE * BY_FAR * size
+    )
     # A finite difference is nearly the same as a shift by half a row. `own_differences` reports it.
-    return best if is_best and not _how_differenced(m, key) else 0.0
+    rows = best if is_best and not _how_differenced(m, key) else 0.0
+    return rows, off(0.0) / (size or 1.0)
