@@ -243,11 +243,12 @@ class OtherClock(Evidence):
 
     def message(self) -> str:
         if self.scale == 1.0:
-            when = f"{abs(self.shift):.6g} s {'later' if self.shift > 0.0 else 'earlier'}"
+            way = "later" if self.shift > 0.0 else "earlier"
             rows = self.rows and round(self.rows, 2)
+            in_rows = ""
             if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
-                when += ", one row" if abs(rows) == 1 else f", {abs(rows):g} rows"
-            when = f"each row belongs {when}"
+                in_rows = " (one row)" if abs(rows) == 1 else f" ({abs(rows):g} rows)"
+            when = f"each row belongs {abs(self.shift):.6g} s{in_rows} {way}"
         else:
             more = f", {self.shift:+.3g} s" if self.shift else ""
             when = f"the correct times are {self.scale:.7g} times those written{more}"
@@ -499,11 +500,12 @@ class EnergyOfOtherMotion(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
+        other = "inertias and lengths" if self.key == "kinetic_energy" else "lengths and gravity"
         return (
             f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. It "
             "differs from the energy computed from the file's angles, rates and speed by up to "
             f"{self.off:.2g} J, far more than the errors of these columns explain. Check how it is "
-            "computed, and with which masses, lengths and gravity"
+            f"computed, and with which masses, {other}"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -116,9 +116,7 @@ _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "f
 DEGREE = 5
 
 _MOMENT = "when a row is written: before or after the step"
-_SUMMED = (
-    "the sum of the energies: every body has a potential, a translational and a rotational one"
-)
+_SUMMED = "that the sum contains the potential, translational and rotational energy of every body"
 
 
 _FEWEST_ROWS = 3
