@@ -184,19 +184,6 @@ def test_one_clock_of_all_maneuvers(reference):
     assert seen.shift == pytest.approx(0.013, rel=1e-6)
 
 
-def test_whole_rows_that_repeat_the_row_before_are_left_out(reference):
-    held = columns(reference)
-    for of in held.values():
-        for x in of.values():
-            x[[40, 90, 130]] = x[[39, 89, 129]]
-    undone = single_rows(report_of(held, reference))
-    (seen,) = undone.seen
-    assert (seen.key, seen.maneuvers, seen.rows, seen.is_held) == ("", (1, 2, 3), 9, True)
-    for part in undone.parts:
-        assert len(part.time) == len(TIME) - 3
-        assert not np.isin(TIME[[40, 90, 130]], part.time).any()
-
-
 def test_a_rate_of_another_row_in_one_maneuver_is_seen(reference):
     """The error of an integrator shifts the rates of all maneuvers alike, but this only one."""
     late = columns(reference)

@@ -97,7 +97,6 @@ class SingleRows(Evidence):
     Attributes
     ----------
     key
-        Key of the column; empty if whole rows repeat the row before.
     maneuvers : tuple of int
     rows
         Number of these rows.
@@ -123,9 +122,6 @@ class SingleRows(Evidence):
         else:
             what = "repeat the row before them" if self.is_held else "do not fit their neighbours"
             said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
-        if not self.key:
-            where = maneuvers(self.maneuvers).capitalize()
-            return f"{where}: in all columns, {said}. Check when your program writes a row"
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Check how this column is written "
             "or measured there"

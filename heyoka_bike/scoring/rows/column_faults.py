@@ -306,24 +306,23 @@ _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 def single_rows(report: Report) -> Undone | None:
     """Look for single rows of a column that repeat the row before, or are far off.
 
-    No motion stands still for a single row. These values are replaced with NaN. If most columns of
-    a maneuver show it, whole rows are wrong: rows that repeat the row before are left out.
+    No motion stands still for a single row. These values are replaced with NaN.
     """
-    odd_rows = {
-        (m.maneuver, c.key): odd for m, c in places(report) if (odd := _odd_rows(m, c)) is not None
+    found = {
+        (m.maneuver, c.key): rows
+        for m, c in places(report)
+        if (rows := _odd_rows(m, c)) is not None
     }
+    # If most columns of a maneuver have odd rows, the whole rows are wrong, not single columns.
     wide = {
         n
-        for n, keys in grouped((n, key) for n, key in odd_rows).items()
-        if 2 * len(keys) > report[n].column_count > 1
+        for n, keys in grouped((n, key) for n, key in found).items()
+        if 2 * len(keys) > report[n].column_count
     }
-    whole = {n: rows for n in wide if len(rows := _repeated_rows(report[n]))}
-    found = {place: odd for place, odd in odd_rows.items() if place[0] not in wide}
-    if not (found or whole):
+    found = {place: rows for place, rows in found.items() if place[0] not in wide}
+    if not found:
         return None
     alike = grouped(((key, is_held), (n, rows)) for (n, key), (rows, is_held) in found.items())
-    if whole:
-        alike["", True] = list(whole.items())
     seen = [
         SingleRows(
             key, tuple(n for n, _ in of), sum(len(rows) for _, rows in of),
@@ -334,22 +333,12 @@ def single_rows(report: Report) -> Undone | None:
     parts = []
     for m in report.maneuvers:
         values = dict(m.part.values)
-        for (n, key), (rows, _) in found.items():
+        for (n, key), (odd, _) in found.items():
             if n == m.maneuver:
                 values[key] = values[key].copy()
-                values[key][rows] = np.nan
-        part = replace(m.part, values=values)
-        if m.maneuver in whole:
-            part = part.at(np.setdiff1d(np.arange(m.rows), whole[m.maneuver]))
-        parts.append(part)
+                values[key][odd] = np.nan
+        parts.append(replace(m.part, values=values))
     return Undone(tuple(seen), tuple(parts))
-
-
-def _repeated_rows(m: ManeuverScore) -> NDArray[np.intp]:
-    """Indices of rows in which every column that varies repeats the row before."""
-    values = [x for x in m.part.values.values() if np.ptp(x)]
-    found = np.flatnonzero(np.all([np.diff(x) == 0.0 for x in values], axis=0)) + 1
-    return found if len(found) < _MOST_SINGLE * m.rows else found[:0]
 
 
 def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
