@@ -145,7 +145,7 @@ def _with_integral(part: Part, rate: str) -> Part:
 def _compared_with(
     program: Program, report: Report, reference: Reference, simulator: Simulator
 ) -> list[Part]:
-    """The rows to compare with the motion of a program, up to the end of that motion."""
+    """The rows to compare with the motion of a program, without motions that end early."""
     found = []
     for m in report.maneuvers:
         whole = reference[m.maneuver]
@@ -156,7 +156,7 @@ def _compared_with(
             dict(program.motion.amounts),
         )
         simulated = with_columns(whole, partial(simulator.at, motion))
-        rows = m.part.at(m.part.time <= simulated.time[-1])
-        if len(rows.time) >= MIN_ROWS_FOR_SHAPE:
-            found.append(replace(rows, reference=simulated))
+        # Rows at other times would be compared with columns that are not finite.
+        if len(simulated.time) == len(whole.time) and m.rows >= MIN_ROWS_FOR_SHAPE:
+            found.append(replace(m.part, reference=simulated))
     return found

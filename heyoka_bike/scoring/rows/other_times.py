@@ -61,7 +61,7 @@ def fitted_clock(every: Sequence[AtOtherTimes], of: Sequence[int]) -> Array | No
     Returns
     -------
     ndarray, shape (2,), or None
-        The clock for `meant_by`; None if it exceeds `_LARGEST`.
+        The clock for `meant_by`; None if it exceeds `_LARGEST` or an error is not finite.
     """
     clock = np.zeros(2)
     end = max(wrong.end for wrong in every)
@@ -78,6 +78,8 @@ def fitted_clock(every: Sequence[AtOtherTimes], of: Sequence[int]) -> Array | No
                 each.append(((moved - here) / SMALL_STEP)[:, rows].ravel())
             slopes.append(np.array(each))
         matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
+        if not (np.isfinite(matrix).all() and np.isfinite(goal).all()):
+            return None
         clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]
         if max(abs(clock[0]), abs(clock[1]) / end) > _LARGEST:
             return None
