@@ -134,6 +134,11 @@ def scored(
     return replace(found, requirements=check(asked, found))
 
 
+def scored_rows(report: Report, parts: Sequence[Part], reference: Reference) -> Report:
+    """Return the report of other rows of the same file, for example corrected ones."""
+    return scored(Alignment(report.file, tuple(parts), ()), reference)
+
+
 def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -> ManeuverScore:
     # List the columns in the order of the benchmark. A column without a usable value has no
     # interpretation.

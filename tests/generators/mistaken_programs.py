@@ -1,5 +1,6 @@
 """Result files of programs with known mistakes, integrated by SciPy, with known errors."""
 
+from fractions import Fraction
 from functools import cache
 
 import heyoka as hy
@@ -39,6 +40,15 @@ def correct(reference):
         for n in reference
     }
     return Program(Motion(Bicycle("benchmark", values), starts))
+
+
+def with_changes(bicycle, changes):
+    """Return a bicycle whose parameters differ by decimals, given by symbol."""
+    values = dict(bicycle.values)
+    for symbol, change in changes.items():
+        x = values[symbol]
+        values[symbol] = Exact(x.rational + Fraction(change), x.pi_multiple)
+    return Bicycle("changed", values)
 
 
 @cache

@@ -4,17 +4,13 @@ The motions are integrated by SciPy with a changed parameter, and then one fault
 rows. The exact motion does not show such a fault, but the motion with the wrong value does.
 """
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
-from generators.mistaken_programs import correct, motion
+from generators.mistaken_programs import correct, motion, with_changes
 from generators.published_columns import side_by_side
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 
 TIME = np.arange(401) / 40
@@ -25,9 +21,7 @@ WRONG = {"IBxx": "0.8"}
 def columns(reference, time=TIME):
     """Return the columns of each maneuver with the wrong value."""
     program = correct(reference)
-    right = program.motion.bicycle.values
-    wrong = {s: Exact(right[s].rational + Fraction(x)) for s, x in WRONG.items()}
-    bicycle = Bicycle("wrong", {**right, **wrong})
+    bicycle = with_changes(program.motion.bicycle, WRONG)
     found = {}
     for n, start in program.motion.starts.items():
         made = motion(bicycle, (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed), time)

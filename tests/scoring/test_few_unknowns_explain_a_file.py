@@ -5,7 +5,6 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
-from fractions import Fraction
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -17,20 +16,20 @@ pytest.importorskip("heyoka")
 from scipy.optimize import brentq
 
 from generators.made_results import exact_columns, rows
-from generators.mistaken_programs import correct, motion, results, results_of
+from generators.mistaken_programs import correct, motion, results, results_of, with_changes
 from generators.simulated_tables import right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
-from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.explain import _different, explain
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import other_values
+from heyoka_bike.scoring.diagnosis.ranking import _different
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
@@ -105,10 +104,7 @@ def file_of(reference, parameters=None, starts=None, level=1e-5):
     """The file that SciPy makes with changed parameters (by symbol) and starts (by maneuver and
     name)."""
     program = correct(reference)
-    values = dict(program.motion.bicycle.values)
-    for symbol, change in (parameters or {}).items():
-        x = values[symbol]
-        values[symbol] = Exact(x.rational + Fraction(change), x.pi_multiple)
+    bicycle = with_changes(program.motion.bicycle, parameters or {})
     columns = {}
     for number in reference:
         start = program.motion.starts[number]
@@ -116,7 +112,7 @@ def file_of(reference, parameters=None, starts=None, level=1e-5):
         state |= {"roll_rate": start.roll_rate, "speed": start.speed}
         for name, change in (starts or {}).get(number, {}).items():
             state[name] += change
-        found = motion(Bicycle("changed", values), tuple(state.values()), reference[number].time)
+        found = motion(bicycle, tuple(state.values()), reference[number].time)
         columns[number] = {key: found[key] for key in BENCHMARK_COLUMNS}
     return results(reference, columns, level)
 

@@ -8,18 +8,18 @@ hides the cause, the search leaves out the rows or the rate that contradict the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.claims import has_usual_energy
 from heyoka_bike.scoring.diagnosis.conclusions import BesideCause, Direction, Explained
-from heyoka_bike.scoring.diagnosis.programs.program import Program, apply, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
 from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
-from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator, requested
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, integral
 from heyoka_bike.scoring.diagnosis.search import Causes
 from heyoka_bike.scoring.diagnosis.seen_file import correct_program
@@ -29,32 +29,13 @@ from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
-from heyoka_bike.scoring.score import scored
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Beside:
-    """Faults of the rows beside causes of the motion.
-
-    Attributes
-    ----------
-    causes : sequence of Causes
-        The likeliest causes of the motion.
-    seen : tuple of Evidence
-        The faults.
-    parts : tuple of Part
-        The rows without the faults. Columns whose corrected values would come from the simulated
-        motion are left out.
-    """
-
-    causes: Sequence[Causes]
-    seen: tuple[Evidence, ...]
-    parts: tuple[Part, ...]
+from heyoka_bike.scoring.rows.table import Undone
+from heyoka_bike.scoring.score import scored_rows
 
 
 def faults_beside(
     causes: Sequence[Causes], report: Report, reference: Reference, simulator: Simulator
-) -> Beside | None:
+) -> Undone | None:
     """Find the faults of the rows that show in comparison with the motion of a cause.
 
     Parameters
@@ -68,8 +49,9 @@ def faults_beside(
 
     Returns
     -------
-    Beside or None
-        None if no fault is found.
+    Undone or None
+        The faults, and the rows without them; columns whose corrected values would come from the
+        simulated motion are left out. None if no fault is found.
     """
     if not causes or any(m.kind == "method" for m in causes[0]):
         return None
@@ -83,8 +65,8 @@ def faults_beside(
     for source in SOURCES:
         if not (source.is_of_motion and parts):
             continue
-        here = scored(Alignment(report.file, tuple(parts), ()), reference)
-        if (undone := looked(source, here)) is not None:
+        undone = looked(source, scored_rows(report, parts, reference))
+        if undone is not None:
             found += undone.seen
             kept = (
                 part.only([k for k in part.values if (part.number, k) not in undone.filled])
@@ -94,7 +76,7 @@ def faults_beside(
     if not (found and parts):
         return None
     own = tuple(replace(part, reference=reference[part.number]) for part in parts)
-    return Beside(causes, tuple(map(BesideCause, found)), own)
+    return Undone(tuple(map(BesideCause, found)), own)
 
 
 def causes_of(seen: Sequence[Evidence], *, is_incomplete: bool = False) -> list[Causes]:
@@ -149,14 +131,10 @@ def _compared_with(
     found = []
     for m in report.maneuvers:
         whole = reference[m.maneuver]
-        motion = MotionRequest(
-            program.motion.bicycle,
-            beginning(program, m.maneuver),
-            np.array([float(whole.duration)]),
-            dict(program.motion.amounts),
-        )
+        motion = requested(program, m.maneuver, np.array([float(whole.duration)]))
         simulated = with_columns(whole, partial(simulator.at, motion))
-        # Rows at other times would be compared with columns that are not finite.
-        if len(simulated.time) == len(whole.time) and m.rows >= MIN_ROWS_FOR_SHAPE:
+        # Between the rows of the file, the columns of a motion that ends early are not finite.
+        is_whole = all(np.isfinite(x).all() for x in simulated.rows.hi.values())
+        if is_whole and m.rows >= MIN_ROWS_FOR_SHAPE:
             found.append(replace(m.part, reference=simulated))
     return found

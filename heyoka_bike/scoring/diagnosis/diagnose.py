@@ -7,7 +7,6 @@ from typing import Any
 
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import mostly_zeros
 from heyoka_bike.scoring.diagnosis.budget import (
     DEFAULT_BUDGET,
@@ -27,7 +26,7 @@ from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.score import score, scored
+from heyoka_bike.scoring.score import score, scored_rows
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
@@ -142,7 +141,7 @@ def _at_distinct_times(report: Report, reference: Reference) -> Report:
     parts = tuple(m.part.at_distinct_times() for m in report.maneuvers)
     if all(p is m.part for p, m in zip(parts, report.maneuvers, strict=True)):
         return report
-    return replace(scored(Alignment(report.file, parts, ()), reference), seen=report.seen)
+    return replace(scored_rows(report, parts, reference), seen=report.seen)
 
 
 def _is_of_times(seen: Evidence) -> bool:

@@ -20,7 +20,6 @@ from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.claims import ends_search
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.programs.program import apply, differences
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
@@ -92,9 +91,9 @@ def explain(
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
     The `plan` says which causes are tried. With `asks_for_edit`, an offset or a ratio of a column
-    is also looked for, together with a wrong value. `progress` is called with the
-    fraction of the work that is done, 0 to 1. At the `deadline` the search ends, and the causes
-    found so far are compared.
+    is also looked for, together with a wrong value. `progress` is called with the fraction of the
+    work that is done, 0 to 1. At the `deadline` the search ends, and the causes found so far are
+    compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < FEWEST_ROWS:
@@ -111,7 +110,7 @@ def explain(
     progress(_SHARE_OF_EQUATIONS)
     if file.edit is not None:
         return Diagnosis((), file.tried, file.residual, edit=file.edit)
-    search = Search(file, is_thorough=deadline.is_thorough, proposed=plan.proposed)
+    search = Search(file, is_thorough=deadline.is_thorough)
     residual, is_whole = file.residual, True
     try:
         rest = 1.0 - _SHARE_OF_EQUATIONS
@@ -120,7 +119,7 @@ def explain(
         # The time limit has been reached. Continue with the hypotheses that were judged before it.
         is_whole = False
     progress(1.0)
-    classes = _different(file, ranked(file, search.found, search.starts))
+    classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
         ended = is_whole and plan is EVERYTHING and search.stops_at_unknown_force
@@ -130,23 +129,6 @@ def explain(
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)
     units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
     return Diagnosis(classes, tried, residual, file.curves(best), units, is_whole)
-
-
-def _different(
-    file: FileUnderTest, classes: Sequence[tuple[Hypothesis, ...]]
-) -> tuple[tuple[Hypothesis, ...], ...]:
-    """Drop classes whose first cause changes the same values as the likeliest cause.
-
-    For example, g = 9.8 as a usual mistake and as a fitted value is one cause in two wordings.
-    """
-
-    def changed(hypotheses: tuple[Hypothesis, ...]) -> set[str]:
-        mistakes = hypotheses[0].mistakes
-        is_of_model = all(m.kind == "model" for m in mistakes)
-        return differences(apply(file.program, mistakes), file.program) if is_of_model else set()
-
-    first = changed(classes[0]) if classes else set()
-    return tuple(c for i, c in enumerate(classes) if i == 0 or not first or changed(c) != first)
 
 
 def _left_of_equations(residual: Residual | None) -> str:

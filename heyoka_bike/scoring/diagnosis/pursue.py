@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.beside import causes_of, consistent_parts, faults_beside
@@ -61,7 +61,7 @@ from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
-from heyoka_bike.scoring.score import scored
+from heyoka_bike.scoring.score import scored_rows
 
 # Causes whose simulated run the report draws.
 _SHOWN = Explained | IntegratedBy | LinearMotion
@@ -173,7 +173,7 @@ class Pursuit:
 
     def scored(self, parts: Sequence[Part]) -> Report:
         """Compare rows of the file with the exact motion."""
-        return scored(Alignment(self.view.file, tuple(parts), ()), self.reference)
+        return scored_rows(self.root, parts, self.reference)
 
     def of_motion(self, plan: Plan = EVERYTHING) -> Answer:
         """Find the cause of the remaining errors by simulating the motions of programs."""
@@ -264,7 +264,7 @@ class Pursuit:
             for x in self.root.seen
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
         )
-        seen = tuple(x for one in kept if (x := _beside_cause(one, end.cause)) is not None)
+        seen = tuple(x for one in kept if (x := _of_own_zeros(one, end.cause)) is not None)
         return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
 
 
@@ -304,7 +304,7 @@ def _end_of(pursuit: Pursuit) -> Answer:
     beside = faults_beside(causes, pursuit.view, pursuit.reference, pursuit.simulator)
     if beside is None:
         return end
-    judged = pursuit.of_rows(beside.parts, again(beside.causes))
+    judged = pursuit.of_rows(beside.parts, again(causes))
     if not any(isinstance(x, Explained) for x in judged.seen):
         # The causes do not explain the rows without these faults.
         return end
@@ -358,8 +358,11 @@ def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | N
     return replace(report, maneuvers=kept), seen
 
 
-def _beside_cause(seen: Evidence, cause: Evidence | None) -> Evidence | None:
-    """Evidence on a zero, without what the cause explains; None if nothing remains of it."""
+def _of_own_zeros(seen: Evidence, cause: Evidence | None) -> Evidence | None:
+    """Drop from evidence on conventions the zeros of energies that a cause explains.
+
+    For example, the missing energy of a body is no other zero. Returns None if nothing is left.
+    """
     understood = cause.hypotheses[0].understood if isinstance(cause, Explained) else {}
     explained = {key for key, u in understood.items() if not u.offset}
     if isinstance(seen, OtherZero) and seen.key in explained:

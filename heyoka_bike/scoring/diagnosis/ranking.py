@@ -6,6 +6,7 @@ from math import log
 from heyoka_bike.scoring.diagnosis.claims import explains, left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
+from heyoka_bike.scoring.diagnosis.programs.program import apply, differences
 from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
 from heyoka_bike.scoring.ratios import CLEARLY
 
@@ -40,7 +41,24 @@ def ranked(
         else:
             classes.append([h])
     explain = [[h for h in c if explains(h, file.residual)] for c in classes]
-    return tuple(tuple(c) for c in explain if c) if classes and explain[0] else ()
+    return _different(file, [tuple(c) for c in explain if c]) if classes and explain[0] else ()
+
+
+def _different(
+    file: FileUnderTest, classes: Sequence[tuple[Hypothesis, ...]]
+) -> tuple[tuple[Hypothesis, ...], ...]:
+    """Drop classes whose first cause changes the same values as the likeliest cause.
+
+    For example, g = 9.8 as a usual mistake and as a fitted value is one cause in two wordings.
+    """
+
+    def changed(hypotheses: tuple[Hypothesis, ...]) -> set[str]:
+        mistakes = hypotheses[0].mistakes
+        is_of_model = all(m.kind == "model" for m in mistakes)
+        return differences(apply(file.program, mistakes), file.program) if is_of_model else set()
+
+    first = changed(classes[0])
+    return tuple(c for i, c in enumerate(classes) if i == 0 or not first or changed(c) != first)
 
 
 def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:

@@ -84,15 +84,12 @@ class Search:
         others.
     is_thorough
         True to continue even if the file shows a force that no single cause explains.
-    proposed : sequence of Causes
-        See `Plan`.
     """
 
     file: FileUnderTest
     found: list[Hypothesis] = field(default_factory=list)
     starts: list[Hypothesis] = field(default_factory=list)
     is_thorough: bool = False
-    proposed: Sequence[Causes] = ()
 
     @property
     def residual(self) -> Residual | None:
@@ -220,13 +217,13 @@ def _only_written(search: Search) -> Iterable[Hypothesis]:
     return search.file.judged((m,) for m in _written(search.file))
 
 
-def _proposed(search: Search) -> Iterator[Hypothesis]:
-    """Judge the proposed causes as they are, and with values fitted to the corrected rows."""
-    yield from search.file.judged(search.proposed)
-    for causes in search.proposed:
+def _proposed(file: FileUnderTest, proposed: Sequence[Causes]) -> Iterator[Hypothesis]:
+    """Judge some causes as they are, and with values fitted to the rows."""
+    yield from file.judged(proposed)
+    for causes in proposed:
         values = [m for m in causes if m.found]
         if len(values) == len(causes) == 1:
-            yield from _fitted(search.file, [], values, counts=(len(values[0].found),))
+            yield from _fitted(file, [], values, counts=(len(values[0].found),))
 
 
 def _written(file: FileUnderTest) -> list[Mistake]:
@@ -536,13 +533,6 @@ SEARCH = (
 OF_WHAT_IS_WRITTEN = (Trial("output", "which column is wrong?", lambda _: True, _only_written),)
 """The only step of a search for mistakes of the output."""
 
-OF_PROPOSED = (
-    Trial(
-        "again", "does this cause explain the rows without their faults?", lambda _: True, _proposed
-    ),
-)
-"""The only step of a search among causes that were found before."""
-
 
 @dataclass(frozen=True, slots=True)
 class Plan:
@@ -553,13 +543,10 @@ class Plan:
     steps : tuple of Trial
     asks_equations
         False if the equations along the file's own motion are not needed.
-    proposed : sequence of Causes
-        The only causes that are tried; empty to try all.
     """
 
     steps: tuple[Trial, ...]
     asks_equations: bool = True
-    proposed: Sequence[Causes] = ()
 
 
 EVERYTHING = Plan(SEARCH)
@@ -574,4 +561,10 @@ ONLY_OUTPUT = Plan(OF_WHAT_IS_WRITTEN, asks_equations=False)
 
 def again(causes: Sequence[Causes]) -> Plan:
     """Return the plan to judge causes that were found before faults of the rows were corrected."""
-    return Plan(OF_PROPOSED, asks_equations=False, proposed=causes)
+    step = Trial(
+        "again",
+        "does this cause explain the rows without their faults?",
+        lambda _: True,
+        lambda search: _proposed(search.file, causes),
+    )
+    return Plan((step,), asks_equations=False)

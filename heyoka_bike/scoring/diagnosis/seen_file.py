@@ -24,8 +24,8 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear_motion import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
-from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start
+from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator, requested
 from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE_KEYS, in_si, observe
@@ -100,9 +100,7 @@ class _SeenPart:
 
     def motion(self, program: Program, rows: Array) -> MotionRequest:
         """Return the motion of a program at the times of some rows [s]."""
-        start = beginning(program, self.part.number)
-        meant = program.clock(rows, self.step)
-        return MotionRequest(program.motion.bicycle, start, meant, dict(program.motion.amounts))
+        return requested(program, self.part.number, program.clock(rows, self.step))
 
 
 class FileUnderTest:

@@ -36,21 +36,11 @@ class SimulatedManeuver(ReferenceManeuver):
 
 
 def with_columns(maneuver: ReferenceManeuver, columns_at: ColumnsAt) -> SimulatedManeuver:
-    """Return a maneuver with the columns of another motion, up to the end of that motion.
-
-    The motion ends where its columns are no longer finite.
-    """
+    """Return a maneuver with the columns of another motion, which may not be finite."""
     columns = columns_at(maneuver.time)
-    names = maneuver.at_any_time & columns.keys()
-    goes_on = np.all([np.isfinite(columns[name]) for name in names], axis=0)
-    rows = slice(int(np.argmin([*goes_on, False])))
+    rows = _values({name: columns[name] for name in maneuver.at_any_time & columns.keys()})
     same = {f.name: getattr(maneuver, f.name) for f in fields(maneuver)}
-    changed = {
-        "time": maneuver.time[rows],
-        "time_lo": maneuver.time_lo[rows],
-        "rows": _values({name: columns[name][rows] for name in names}),
-    }
-    return SimulatedManeuver(**{**same, **changed}, columns_at=columns_at)
+    return SimulatedManeuver(**{**same, "rows": rows}, columns_at=columns_at)
 
 
 def _values(columns: Mapping[str, Array]) -> Values:

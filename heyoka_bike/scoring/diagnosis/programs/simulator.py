@@ -24,7 +24,13 @@ from heyoka_bike.numbers.vectors import plus
 from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.programs.forces import TENSORS, Moving, dot, rates_altered
-from heyoka_bike.scoring.diagnosis.programs.program import NAMES, ParameterValues, equations_of
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    NAMES,
+    ParameterValues,
+    Program,
+    beginning,
+    equations_of,
+)
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Number of Gauss points per interval, and lengths of intervals [s]. With the first length the error
@@ -69,6 +75,12 @@ class MotionRequest:
     amounts: Mapping[str, float] = field(default_factory=dict)
 
 
+def requested(program: Program, maneuver: int, time: Array) -> MotionRequest:
+    """Return the request for the motion of a program in a maneuver, at some times [s]."""
+    motion = program.motion
+    return MotionRequest(motion.bicycle, beginning(program, maneuver), time, dict(motion.amounts))
+
+
 _Constants = tuple[Array, float]
 """Constants of the equations, and the unit of length [m]."""
 
@@ -110,13 +122,7 @@ class Simulator:
             The time limit is reached before all motions are simulated.
         """
         constants = self._integrate(motions, deadline)
-        found = []
-        for m, c in zip(motions, constants, strict=True):
-            if c is None or not len(m.time):
-                found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
-            else:
-                found.append(self._columns(m, c[0], self._states(m, m.time)))
-        return found
+        return [self._columns_at(m, c, m.time) for m, c in zip(motions, constants, strict=True)]
 
     def _integrate(
         self, motions: Sequence[MotionRequest], deadline: Deadline
@@ -172,9 +178,7 @@ class Simulator:
     def at(self, motion: MotionRequest, time: Array) -> dict[str, Array]:
         """Return the columns of a motion at times up to its end [s], as `run` does."""
         (constants,) = self._integrate([motion], NEVER)
-        if constants is None:
-            return {name: np.full(len(time), np.nan) for name in NAMES}
-        return self._columns(motion, constants[0], self._states(motion, time))
+        return self._columns_at(motion, constants, time)
 
     def followed(self, motion: MotionRequest, time: Array) -> tuple[Equations, Array]:
         """Return the equations of a motion, and its states at times up to its end [s], (7, n)."""
@@ -232,6 +236,14 @@ class Simulator:
         starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
         equations = self._with(np.array([values for _, (values, _) in asked]).T)
         return equations, amounts, np.array(starts).T
+
+    def _columns_at(
+        self, motion: MotionRequest, constants: _Constants | None, time: Array
+    ) -> dict[str, Array]:
+        """Columns of a simulated motion at some times; NaN if the bicycle has no motion."""
+        if constants is None or not len(time):
+            return {name: np.full(len(time), np.nan) for name in NAMES}
+        return self._columns(motion, constants[0], self._states(motion, time))
 
     def _columns(self, motion: MotionRequest, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)
