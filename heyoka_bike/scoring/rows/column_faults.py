@@ -201,7 +201,7 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
 
 
 def _is_far_better(error: float, wrong: float) -> bool:
-    """True if an error [scales] is invisible, and smaller than a wrong one by `CLEARLY`."""
+    """True if an error [scales] is invisible, and by `CLEARLY` times smaller than a wrong one."""
     return error <= min(TOLERANCE, wrong / CLEARLY)
 
 
@@ -540,9 +540,10 @@ def numbers_of_another_maneuver(report: Report) -> Undone | None:
     ]
     if not found:
         return None
-    keys = {x.maneuver: {*x.keys} for x in found}
+    # A maneuver may have columns of several others.
+    keys = grouped((x.maneuver, key) for x in found for key in x.keys)
     parts = (
-        m.part.only(m.part.values.keys() - keys.get(m.maneuver, set())) for m in report.maneuvers
+        m.part.only(m.part.values.keys() - {*keys.get(m.maneuver, [])}) for m in report.maneuvers
     )
     return Undone(tuple(found), tuple(parts))
 
