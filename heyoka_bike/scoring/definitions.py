@@ -574,12 +574,13 @@ def _with_odds_against_unknown(
     if not others:
         return u
     odds = _LOG_ODDS_OF_KNOWN
-    if any(TOLERANCE <= _motion_error(s, found) != 1.0 for s in having):
-        # What makes the motion wrong in a maneuver may also act in this column.
-        having = []
-    for s in having:
-        if _motion_error(s, found) >= TOLERANCE:
-            # A wrong motion does not show the definition.
+    of_motion = [_motion_error(s, found) for s in having]
+    # What makes the motion wrong in one maneuver may also act in this column in others. An error of
+    # 1 is no error: it stands for too few columns.
+    is_wrong = any(x >= TOLERANCE and x != 1.0 for x in of_motion)
+    for s, off_motion in zip(having, of_motion, strict=True):
+        if is_wrong or off_motion >= TOLERANCE:
+            # A motion that is wrong, or not shown, does not show the definition.
             continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))

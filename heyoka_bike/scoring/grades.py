@@ -34,7 +34,8 @@ it fits to the digits written."""
 CLOSE_DIGITS = -log10(TOLERANCE)
 """Fewest correct digits of a column that is not wrong."""
 
-_LIMITS = (CLOSE_DIGITS, RIGHT_DIGITS)
+LIMITS = (CLOSE_DIGITS, RIGHT_DIGITS)
+"""Fewest correct digits of each grade but the lowest."""
 
 
 class Grade(IntEnum):
@@ -56,7 +57,7 @@ def digits_text(found: float) -> str:
     """Return correct digits to one decimal, never rounded up to the limit of a better grade."""
     # Adding 0.0 turns -0.0 into 0.0.
     rounded = round(found, 1) + 0.0
-    if any(found < limit <= rounded for limit in _LIMITS):
+    if any(found < limit <= rounded for limit in LIMITS):
         rounded = floor(10.0 * found) / 10.0
     return f"{rounded:.1f}"
 

@@ -56,6 +56,13 @@ def compiled(folder, name):
     return found.returncode, found.stdout + found.stderr
 
 
+def check_axioms(said):
+    """Check that Coq lists axioms, and no others than the known ones."""
+    assumed = re.findall(r"^([\w.]+)\s*:", said, re.MULTILINE)
+    assert assumed
+    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+
+
 @pytest.fixture(scope="module")
 def theory(tmp_path_factory):
     """A folder with the files of the command, and the proofs before the certificate compiled."""
@@ -198,9 +205,7 @@ def test_coq_proves_the_theorems(theory, maneuver):
         printed += said.split("Axioms:")[1:]
     assert len(printed) == 2  # one theorem about the polynomials, one about the text
     for axioms in printed:
-        assumed = re.findall(r"^([\w.]+)\s*:", axioms, re.MULTILINE)
-        assert assumed
-        assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+        check_axioms(axioms)
 
 
 @pytest.mark.formal
@@ -248,9 +253,7 @@ def readable(theory, tmp_path):
 def test_the_readable_equations_are_the_program(readable):
     code, said = compiled(readable, "Reading")
     assert code == 0, said
-    assumed = re.findall(r"^([\w.]+)\s*:", said.partition("Axioms:")[2], re.MULTILINE)
-    assert assumed
-    assert [x for x in assumed if not ASSUMED.fullmatch(x)] == []
+    check_axioms(said.partition("Axioms:")[2])
 
 
 @pytest.mark.formal

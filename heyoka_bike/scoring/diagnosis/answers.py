@@ -111,11 +111,10 @@ def answers(
     if isinstance(whole, ColumnsApart):
         # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
-    energies = _energies(diagnosis.causes, report)
-    if isinstance(whole, Integrator):
-        return (*first, *energies, whole)
-    if whole is not None:
         return (*first, whole, nothing)
+    energies = _energies(diagnosis.causes, report)
+    if whole is not None:
+        return (*first, *energies, whole)
     forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
     if falls:
         return (*forces, *first)

@@ -8,7 +8,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
-from heyoka_bike.scoring.evidence.words import short_number
+from heyoka_bike.scoring.evidence.words import short_number, unit_text
 from heyoka_bike.scoring.grades import TOLERANCE
 
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
@@ -19,8 +19,6 @@ _LEAST_UNCERTAINTY_SHOWN = 1e-6
 # A term counts as wholly missing if the fitted missing fraction differs from 1 by at most this
 # much.
 _NEARLY_ALL = 0.02
-# A unit divided by another one, as in kg m-1, which people write kg/m.
-_ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
 _INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
 _BODIES = {"B": "rear frame", "H": "fork"}
 
@@ -36,13 +34,13 @@ def share_words(share: float) -> str:
     return percent if share < 2.0 else f"{short_number(share)} times its size"
 
 
-def scale_words(error: float, key: str) -> str:
+def scale_words(error: float, column: str = "") -> str:
     """Return an error relative to the scale of a column, which sentences call its largest value.
 
-    The key ``it`` stands for a column that the sentence has named.
+    Without `column`, it is the column that the sentence has named.
     """
     size = f"{short_number(100 * error)} % of" if error < 2.0 else f"{short_number(error)} times"
-    return f"{size} {'its largest value' if key == 'it' else f'the largest value of {key}'}"
+    return f"{size} the largest value of {column}" if column else f"{size} its largest value"
 
 
 def relief_words(relief: float) -> str:
@@ -111,7 +109,7 @@ def _value_words(x: FittedValue) -> str:
 
 def _unit_words(name: str) -> str:
     """The unit of a value; of a torsional stiffness with its radian, which is 1 in SI."""
-    unit = _ONE_PER.sub(r"\1/\2", UNIT_OF_VALUE[name])
+    unit = unit_text(UNIT_OF_VALUE[name])
     return f"{unit}/rad" if name in ("steer_stiffness", "roll_stiffness") else unit
 
 

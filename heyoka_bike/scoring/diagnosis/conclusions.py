@@ -656,7 +656,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
     number, key = rest
     return (
         f"There is something else: {key} of maneuver {number} is still off, typically by "
-        f"{scale_words(h.after[rest], 'it')}"
+        f"{scale_words(h.after[rest])}"
     )
 
 

@@ -143,7 +143,7 @@ class Pursuit:
         """Continue with the rows in which a fault was undone.
 
         The diagnosis ends if these rows are right, or their error is far smaller than before. It
-        also ends if a known mistake of the output leaves no error. That mistake is then reported
+        also ends if a known mistake of the output explains all of it. That mistake is then reported
         instead of a ratio, of one clock for all maneuvers, or of columns that are exchanged in all
         maneuvers.
         """
@@ -157,7 +157,7 @@ class Pursuit:
         before, left = worst(self.view), worst(rest)
         if any(self._may_be_known(x) for x in undone.seen):
             known = self.of_columns(BENCHMARK_COLUMNS, ONLY_OUTPUT)
-            if any(_is_mistake(x) and _leaves_nothing(x) for x in known.seen[:1]):
+            if any(_is_mistake(x) and _explains_all(x) for x in known.seen[:1]):
                 self.answer = known
                 return
         self.seen += undone.seen
@@ -326,8 +326,9 @@ def _is_mistake(seen: Evidence) -> bool:
     return isinstance(seen, Explained) and not seen.hypotheses[0].found
 
 
-def _leaves_nothing(seen: Evidence) -> bool:
-    return isinstance(seen, Explained) and seen.hypotheses[0].is_exhaustive
+def _explains_all(seen: Evidence) -> bool:
+    """True for a cause that leaves only what digits or an integrator explain."""
+    return isinstance(seen, Explained) and seen.rest is None
 
 
 def _right(report: Report, keys: Sequence[str]) -> NothingWrong:

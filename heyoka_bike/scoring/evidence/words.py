@@ -1,6 +1,7 @@
 """Phrases shared by the sentences of evidence."""
 
 import math
+import re
 from collections.abc import Sequence
 
 from heyoka_bike.errors import printable
@@ -10,11 +11,13 @@ KEYS_NAMED = 6
 """Maximum number of columns that a sentence on conventions or on constant errors lists."""
 
 
+# One unit divided by another one.
+_ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
+
+
 def unit_text(unit: str) -> str:
     """Format a unit as people write it: ``rad s-1`` becomes rad/s."""
-    for per in ("s", "h", "min"):
-        unit = unit.replace(f" {per}-1", f"/{per}")
-    return printable(unit)
+    return printable(_ONE_PER.sub(r"\1/\2", unit))
 
 
 def odds_words(odds: Odds) -> str:

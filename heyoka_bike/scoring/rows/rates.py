@@ -6,13 +6,12 @@ another row.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import (
     OtherColumn,
     RateOfDifferences,
@@ -79,17 +78,20 @@ def _rates_of(report: Report) -> list[str]:
     return [key for key in LATERAL_ANGLES if any(key in m for m in report.maneuvers)]
 
 
-def _without_wrong_rates(
-    report: Report, rates: Sequence[str], wrong: Mapping[str, Evidence]
+def _without_wrong_rate(
+    report: Report, wrong: Sequence[RateOfDifferences | RateOfOtherRow], numbers: Collection[int]
 ) -> Undone | None:
-    """Remove wrong rates from the rows; None if no rate is wrong, or both are.
+    """Remove a wrong rate from the maneuvers with these numbers; None unless exactly one is wrong.
 
-    If both are wrong, simulated programs with this mistake are compared with the file instead.
+    If both are wrong, later steps try other times, and simulated programs with this mistake.
     """
-    if not wrong or len(wrong) == len(rates) > 1:
+    if len(wrong) != 1:
         return None
-    parts = (m.part.only(m.part.values.keys() - wrong.keys()) for m in report.maneuvers)
-    return Undone(tuple(wrong.values()), tuple(parts))
+    parts = (
+        m.part.only(m.part.values.keys() - {wrong[0].key}) if m.maneuver in numbers else m.part
+        for m in report.maneuvers
+    )
+    return Undone(tuple(wrong), tuple(parts))
 
 
 def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
@@ -104,13 +106,12 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
 
 def own_differences(report: Report) -> Undone | None:
     """Look for a rate that is a difference of its own angle, while the other rate is not."""
-    rates = _rates_of(report)
     found = {
         key: set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
-        for key in rates
+        for key in _rates_of(report)
     }
-    wrong = {key: RateOfDifferences(key, min(ways)) for key, ways in found.items() if ways}
-    return _without_wrong_rates(report, rates, wrong)
+    wrong = [RateOfDifferences(key, min(ways)) for key, ways in found.items() if ways]
+    return _without_wrong_rate(report, wrong, [*report])
 
 
 def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
@@ -145,29 +146,21 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
 
 
 def shifted_rate(report: Report) -> Undone | None:
-    """Look for a rate that is shifted by rows from its own angle.
+    """Look for a rate that is shifted by rows from its own angle, while the other rate is not.
 
-    It may be shifted in some maneuvers only, if it is the slope of its angle in the others. None if
-    both rates are shifted: later steps then try other times, and programs with this mistake.
+    It may be shifted in some maneuvers only, if it is the slope of its angle in the others.
     """
-    wrong = {}
+    wrong, numbers = [], [*report]
     for key in _rates_of(report):
         each = {m.maneuver: _rows_off(m, key) for m in report.maneuvers}
         shifted = {n: x for n, x in each.items() if x[0]}
         others = [off for n, (_, off) in each.items() if n not in shifted]
+        rows = {rows for rows, _ in shifted.values()}
         least = min((off for _, off in shifted.values()), default=0.0)
-        if len({rows for rows, _ in shifted.values()}) == 1 and all(
-            BY_FAR * off < least for off in others
-        ):
-            rows = next(iter(shifted.values()))[0]
-            wrong[key] = RateOfOtherRow(key, rows, tuple(shifted) if others else ())
-    if len(wrong) != 1:
-        return None
-    parts = []
-    for m in report.maneuvers:
-        here = {k for k, x in wrong.items() if m.maneuver in (x.maneuvers or (m.maneuver,))}
-        parts.append(m.part.only(m.part.values.keys() - here))
-    return Undone(tuple(wrong.values()), tuple(parts))
+        if len(rows) == 1 and all(BY_FAR * off < least for off in others):
+            numbers = [*shifted]
+            wrong.append(RateOfOtherRow(key, rows.pop(), tuple(numbers) if others else ()))
+    return _without_wrong_rate(report, wrong, numbers)
 
 
 def _rows_off(m: ManeuverScore, key: str) -> tuple[float, float]:

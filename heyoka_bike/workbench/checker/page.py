@@ -22,7 +22,7 @@ from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import recognition
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
-from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, Grade
+from heyoka_bike.scoring.grades import LIMITS, Grade
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.heading import KEYS, TIME, may_mean
 from heyoka_bike.scoring.reading.names.heading_units import quantities
@@ -84,7 +84,7 @@ def page_data() -> dict[str, Any]:
         "meanings": [MEANINGS.get(g, "") for g in Grade],
         "styles": [g.style for g in Grade],
         "phrases": PHRASES,
-        "limits": [CLOSE_DIGITS, RIGHT_DIGITS],
+        "limits": [*LIMITS],
         "headings": _headings(),
         "unitWords": [_unit_words(unit, UNITS[unit]) for unit in units],
         "timeUnits": _unit_words("s", ("s", "ms")),
