@@ -144,8 +144,7 @@ class Pursuit:
 
         The diagnosis ends if these rows are right, or their error is far smaller than before. It
         also ends if a known mistake of the output explains all of it. That mistake is then reported
-        instead of a ratio, of one clock for all maneuvers, or of columns that are exchanged in all
-        maneuvers.
+        instead of a ratio, of a clock, or of columns that are exchanged in all maneuvers.
         """
         # A maneuver whose columns were all left out cannot be compared.
         parts = tuple(part for part in undone.parts if part.has_values())
@@ -168,8 +167,7 @@ class Pursuit:
 
     def _may_be_known(self, x: Evidence) -> bool:
         is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)
-        is_one_clock = isinstance(x, OtherClock) and x.maneuver is None
-        return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
+        return isinstance(x, ColumnRatio | OtherClock) or is_everywhere
 
     def scored(self, parts: Sequence[Part]) -> Report:
         """Compare rows of the file with the exact motion."""
