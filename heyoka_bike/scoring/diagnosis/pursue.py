@@ -154,20 +154,26 @@ class Pursuit:
             return
         rest = self.scored(parts)
         before, left = worst(self.view), worst(rest)
-        if any(self._may_be_known(x) for x in undone.seen):
+        is_end = left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR)
+        if any(self._may_be_known(x, is_end=is_end) for x in undone.seen):
             known = self.of_columns(BENCHMARK_COLUMNS, ONLY_OUTPUT)
             if any(_is_mistake(x) and _explains_all(x) for x in known.seen[:1]):
                 self.answer = known
                 return
         self.seen += undone.seen
         self.view = rest
-        if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
+        if is_end:
             is_all = is_right(rest) or left.max_rel_error < ROUNDING
             self.answer = Answer(rest, () if is_all else (left,))
 
-    def _may_be_known(self, x: Evidence) -> bool:
+    def _may_be_known(self, x: Evidence, *, is_end: bool) -> bool:
+        """True if a known mistake of the output may be the reason of a fault.
+
+        A clock of one maneuver that leaves no error elsewhere is no mistake of the whole program.
+        """
         is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)
-        return isinstance(x, ColumnRatio | OtherClock) or is_everywhere
+        is_of_all = isinstance(x, OtherClock) and (x.maneuver is None or not is_end)
+        return isinstance(x, ColumnRatio) or is_everywhere or is_of_all
 
     def scored(self, parts: Sequence[Part]) -> Report:
         """Compare rows of the file with the exact motion."""
