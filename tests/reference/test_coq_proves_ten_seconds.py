@@ -18,6 +18,8 @@ import pytest
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.numbers.arithmetic import Multiprecision
+from oracles import vectors
+from support.coq_program import Program
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tests" / "checker" / "formal"
@@ -285,28 +287,11 @@ def test_nothing_is_left_unproved():
 
 def test_the_program_is_the_equations():
     """The program's operations, as defined in Coq, give the rates of the state."""
-    text = (SOURCES / "Equations.v").read_text()
-    integers, program = (part.partition("\n")[2] for part in text.split("Definition ")[1:])
-    a = Multiprecision(40)
-    mp = a.context
+    a, number = Multiprecision(40), vectors.Multiprecision(40)
     bicycle, _ = benchmark()
-    state = [mp.mpf(x) / 64 for x in (3, -1, 5, 7, -9, 1700, 2)]
-    stack = [*state, *(mp.mpf(n) for n in re.findall(r"\((-?\d+)\)", integers)), mp.pi]
-    unary = {"Neg": lambda x: -x, "Sin": mp.sin, "Cos": mp.cos}
-    binary = {
-        "Add": lambda x, y: x + y, "Sub": lambda x, y: x - y,
-        "Mul": lambda x, y: x * y, "Div": lambda x, y: x / y,
-    }  # fmt: skip
-    for line in program.splitlines():
-        words = line.partition("(*")[0].split()
-        if not words or words[0] not in ("Forward", "Unary", "Binary"):
-            continue
-        numbers = [stack[int(n)] for n in words if n.isdigit()]
-        if words[0] != "Forward":
-            numbers = [(unary | binary)[words[1]](*numbers)]
-        stack[:0] = numbers
+    state = [a.context.mpf(x) / 64 for x in (3, -1, 5, 7, -9, 1700, 2)]
     wanted = Equations.of(bicycle, a).rates_with_yaw(state)
-    for found, rate in zip(stack, wanted, strict=False):
+    for found, rate in zip(Program.of_coq().rates(state, number), wanted, strict=True):
         assert mpmath.almosteq(found, rate, rel_eps=1e-33)
 
 

@@ -211,6 +211,14 @@ def rounded(x: flint.arb, grid: int) -> int:
     return int((x * flint.arb(2) ** grid + flint.arb(0.5)).mid().floor().unique_fmpz())
 
 
+def polynomials(equations: Equations, run: Trajectory, k: int) -> list[list[int]]:
+    """Coefficients of one piece by variable and power of the time from its middle, on the grid."""
+    own, points = run.equations(Balls(BITS)), equations.over(AtPoints(BITS))
+    with flint.ctx.workprec(BITS):
+        motion = taylor(points, regular(run, own, LENGTH * k + LENGTH / 2))
+        return [[rounded(a, GRID) for a in c] for c in motion]
+
+
 class Frame:
     """Coordinates of the error: a unit lower triangle times scales, and the exact inverse."""
 
@@ -240,6 +248,11 @@ class Frame:
             ]
             row = [(int(i == j) - known[j]) / self.matrix[i][i] for j in range(n)]
             self.inverse.append(row)
+
+    @classmethod
+    def of(cls, number: int) -> "Frame":
+        """Return the frame of a maneuver."""
+        return cls(**json.loads(FRAMES.read_text())[f"maneuver {number}"])
 
     @property
     def tube(self) -> Fraction:
@@ -277,12 +290,8 @@ def initial_numbers(equations: Equations, maneuver: Maneuver) -> list[Fraction]:
 
 def certificate_file(equations: Equations, run: Trajectory, number: int) -> str:
     """Polynomials with their growth rates, and the frame of a maneuver."""
-    frame = Frame(**json.loads(FRAMES.read_text())[f"maneuver {number}"])
-    with flint.ctx.workprec(BITS):
-        middles = [LENGTH * k + LENGTH / 2 for k in range(PIECES)]
-        own, points = run.equations(Balls(BITS)), equations.over(AtPoints(BITS))
-        motion = [taylor(points, regular(run, own, t)) for t in middles]
-        pieces = [[[rounded(a, GRID) for a in c] for c in piece] for piece in motion]
+    frame = Frame.of(number)
+    pieces = [polynomials(equations, run, k) for k in range(PIECES)]
     values = np.array([[[float(a) / 2**GRID for a in c] for c in piece] for piece in pieces])
     rates = growth(Equations.binary64(equations.bicycle), frame, values)
     start = initial_numbers(equations, run.maneuver)
