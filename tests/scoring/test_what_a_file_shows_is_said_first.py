@@ -14,8 +14,8 @@ from generators.made_results import made
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
-from heyoka_bike.scoring.diagnosis.visible_faults import other_times
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.rows.wrong_times import own_times as other_times
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
@@ -94,12 +94,23 @@ def test_some_columns_that_repeat_are_named_alone(reference):
 
 
 DEPARTURES = {
-    # For each case: the index of the row that is written in each place, and the shift that this
-    # causes [s]. The shift is None if later rows are not shifted.
+    # For each case: the index of the row that is written in each place, and the shift of all later
+    # rows that this causes [s].
     "a row is left out": (np.r_[:500, 501:1001, 1000], 0.01),
     "a row is written again": (np.r_[:500, 499:1000], -0.01),
-    "one row is not its own": (np.r_[:500, 499, 501:1001], None),
-    "blocks are exchanged": (np.r_[:500, 520:540, 500:520, 540:1001], None),
+}
+ROWS_OF_OTHER_TIMES = {
+    # For each case: the index of the row that is written in each place, and the earliest and the
+    # latest of the exact times, relative to the written ones [s].
+    "one row is not its own": (np.r_[:500, 499, 501:1001], (-0.01, -0.01)),
+    "blocks are exchanged": (np.r_[:500, 520:540, 500:520, 540:1001], (-0.2, 0.2)),
+    "a block repeats a row": (np.r_[:500, np.full(50, 500), 550:1001], (-0.467, -0.034)),
+    "single rows repeat the row before": (
+        np.where(
+            np.isin(np.arange(1001), np.arange(7, 900, 23)), np.arange(-1, 1000), np.arange(1001)
+        ),
+        (-0.01, -0.01),
+    ),
 }
 
 
@@ -114,7 +125,30 @@ def test_a_motion_that_is_right_up_to_a_row_is_told_so(reference, what):
     (found,) = diagnosed(report, reference).diagnosis
     assert found.code == "departs"
     assert (found.evidence["maneuver"], found.evidence["time"]) == (2, 5.0)
-    assert found.evidence["shift"] == (shift and pytest.approx(shift, rel=0.02))
+    assert found.evidence["shift"] == pytest.approx(shift, rel=0.02)
+
+
+@pytest.mark.parametrize("what", ROWS_OF_OTHER_TIMES)
+def test_some_rows_of_other_times_are_counted(reference, what):
+    rows, ahead = ROWS_OF_OTHER_TIMES[what]
+
+    def altered(key, values, m):
+        return values[rows] if m == 2 else values
+
+    (found,) = diagnosed(report_of(reference, altered), reference).diagnosis
+    assert found.code == "other_times"
+    assert found.evidence["rows"] == {"2": int(np.sum(rows != np.arange(1001)))}
+    assert found.evidence["ahead"]["2"] == pytest.approx(ahead, abs=0.002)
+    assert f"{np.sum(rows != np.arange(1001))} of 1001 rows" in found.message
+
+
+def test_rows_sorted_as_text_are_told_so(reference):
+    rows = np.array(sorted(range(1001), key=str))
+    (found,) = diagnosed(
+        report_of(reference, lambda key, values, m: values[rows]), reference
+    ).diagnosis
+    assert found.code == "other_times"
+    assert "not in the order of their times" in found.message
 
 
 def test_many_rows_that_are_left_out_are_told_by_their_time(reference):
@@ -168,7 +202,7 @@ def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
     [
         (lambda row: 0.003 + 0.0 * row, 0.003, 0.003),
         # The times of the rows are rounded to fewer digits than the rows need.
-        pytest.param(lambda row: 0.004 * (row % 3), 0.0, 0.008, marks=pytest.mark.proof),
+        pytest.param(lambda row: 0.004 * (row % 3), 0.004, 0.008, marks=pytest.mark.proof),
     ],
 )
 def test_rows_at_other_times_are_told_so(reference, ahead, least, most):

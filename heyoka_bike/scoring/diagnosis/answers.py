@@ -100,9 +100,6 @@ def answers(
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
-    times = visible_faults.other_times(report)
-    if times is not None:
-        return (times,)
     # A yielding contact explains the error better than the nearest integrator.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained

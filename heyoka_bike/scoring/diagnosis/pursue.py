@@ -52,7 +52,6 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnsApart,
     OtherClock,
     OtherColumn,
-    RowsBetween,
 )
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
@@ -230,10 +229,7 @@ class Pursuit:
         if visible_faults.are_departures(visible, asked):
             # A mistake of the model or of the initial conditions would be visible from the start of
             # the run.
-            # Rounded times also leave only every nth row right, and explain all other rows too.
-            is_sparse = any(isinstance(x, RowsBetween) for x in visible)
-            times = visible_faults.other_times(asked) if is_sparse else None
-            return Answer(report, visible if times is None else (times,))
+            return Answer(report, visible)
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the other columns are written wrongly.

@@ -25,6 +25,7 @@ from heyoka_bike.scoring.rows.wrong_times import (
     one_clock,
     other_clocks,
     other_unit,
+    own_times,
 )
 
 
@@ -75,6 +76,7 @@ SOURCES = (
         other_clocks,
         is_of_motion=True,
     ),
+    Source("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
     Source(
         "columns",
         "is a column exchanged, unsigned, multiplied by a factor, offset, clipped or averaged?",

@@ -22,7 +22,6 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    OtherTimes,
     RowsBetween,
     RowsRepeated,
 )
@@ -30,7 +29,7 @@ from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, 
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
@@ -266,59 +265,6 @@ def _departure(off: Array, time: Array) -> tuple[int, int] | None:
                 good = np.searchsorted(most, AS_GOOD * most[last], side="right") - 1
                 return int(good), row
     return None
-
-
-def other_times(report: Report) -> OtherTimes | None:
-    """Find out whether all rows are the exact motion, at times other than those written."""
-    found, relief = {}, []
-    for m in report.maneuvers:
-        columns = whole_columns(m)
-        # If the energy is constant, the potential, kinetic and mechanical energy count as one
-        # column.
-        energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
-        # In files of two correct programs, the best other times leave a sixth of the error, and in
-        # one maneuver a thirtieth.
-        count = len(columns) - max(len(energies) - 1, 0)
-        if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
-            return None
-        ahead, left = _ahead(columns)
-        if not all(_falls(c, ahead) for c in columns):
-            return None
-        relief.append(left)
-        low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
-        found[m.maneuver] = low, high
-    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.direction_factor):
-        return None
-    least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
-    is_one = CLEARLY * (most - least) < abs(most + least)
-    return OtherTimes(found, tuple(relief), bool(is_one))
-
-
-def _falls(c: ColumnScore, ahead: Array) -> bool:
-    """True if the error of a column is within its digits, or falls if rows are `ahead` [s].
-
-    For a single column such times always exist.
-    """
-    with np.errstate(all="ignore"):
-        slope = np.gradient(c.trace.reference, c.trace.time)
-        left = c.trace.error - ahead * (slope + ahead / 2.0 * np.gradient(slope, c.trace.time))
-    least = max(c.hidden, ROUNDING * c.scale)
-    return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
-
-
-def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
-    """Time by which each row is ahead [s], to second order, and the factor by which errors fall."""
-    error = np.array([c.trace.error / c.scale for c in columns])
-    right = np.array([c.trace.reference / c.scale for c in columns])
-    # The slope between two rows at the same time is not defined, and becomes NaN.
-    with np.errstate(all="ignore"):
-        slope = np.gradient(right, columns[0].trace.time, axis=1)
-        bend = np.gradient(slope, columns[0].trace.time, axis=1)
-        ahead = np.zeros(error.shape[1])
-        for _ in range(3):
-            way = slope + ahead / 2.0 * bend
-            ahead = np.sum(error * way, axis=0) / np.sum(way**2, axis=0)
-        return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
 def other_heights(report: Report) -> tuple[AnotherStart, ...]:

@@ -8,6 +8,7 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS
 
 _PART_OF_A_ROW = 0.05
 """Smallest shift, in rows, that the message also states in rows."""
@@ -726,29 +727,69 @@ class Departs(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
-class OtherTimes(Evidence):
-    """The rows are the exact motion, at times other than those written.
+class RowTimes:
+    """The rows of a maneuver that are right at times other than those written.
 
     Attributes
     ----------
-    ahead : mapping of int to (float, float)
-        By maneuver number: range of exact time - written time, for nine rows in ten [s].
-    relief : tuple of float
-        By maneuver: the factor by which the exact times reduce the error.
-    is_one
-        True if all rows are shifted by about the same time.
+    rows, of
+        The number of these rows, and of all rows.
+    first, last
+        Written times of the first and the last of these rows [s].
+    ahead : (float, float)
+        Range of exact time - written time, for nine in ten of these rows [s].
+    example : (float, float)
+        Written time and exact time of the row that is farthest off [s].
+    relief
+        The factor by which the exact times reduce the error.
+    is_disordered
+        True if the exact times are in another order than the rows.
     """
 
-    ahead: Mapping[int, tuple[float, float]]
-    relief: tuple[float, ...]
-    is_one: bool
+    rows: int
+    of: int
+    first: float
+    last: float
+    ahead: tuple[float, float]
+    example: tuple[float, float]
+    relief: float
+    is_disordered: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OtherTimes(Evidence):
+    """Rows are the exact motion, each at a time other than the one written.
+
+    Attributes
+    ----------
+    found : mapping of int to RowTimes
+        The rows, by maneuver number.
+    """
+
+    found: Mapping[int, RowTimes]
 
     code = "other_times"
     severity = Severity.WARNING
 
     def message(self) -> str:
-        least, most = min(x for x, _ in self.ahead.values()), max(x for _, x in self.ahead.values())
-        when = _later((least + most) / 2) if self.is_one else f"{_later(least)} to {_later(most)}"
+        rows, of = sum(x.rows for x in self.found.values()), sum(x.of for x in self.found.values())
+        number, first = next(iter(self.found.items()))
+        if any(x.is_disordered for x in self.found.values()):
+            written, exact = first.example
+            return (
+                "The rows are the exact motion, but not in the order of their times. In maneuver "
+                f"{number}, for example, the row at {written:.6g} s belongs to {exact:.6g} s. "
+                "Check how rows are sorted (times as text?) and joined"
+            )
+        least = min(x.ahead[0] for x in self.found.values())
+        most = max(x.ahead[1] for x in self.found.values())
+        when = _between(least, most)
+        if rows < MOST_ROWS * of:
+            return (
+                f"{rows} of {of} rows, in maneuver {number} from {first.first:.6g} to "
+                f"{first.last:.6g} s, are the exact motion, but {when} than their written times. "
+                "Check whether rows are skipped, or old values written again"
+            )
         return (
             f"Each row is the exact motion, but {when} than its written time. Check how the times "
             "are written, whether a row is saved before or after the step, and whether at the "
@@ -756,8 +797,11 @@ class OtherTimes(Evidence):
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        ahead = {str(n): x for n, x in self.ahead.items()}
-        return {"ahead": ahead, "relief": list(self.relief)}
+        return {
+            "ahead": {str(n): x.ahead for n, x in self.found.items()},
+            "relief": [x.relief for x in self.found.values()],
+            "rows": {str(n): x.rows for n, x in self.found.items()},
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -945,6 +989,16 @@ class ColumnBeside(Evidence):
 
 def _later(seconds: float) -> str:
     return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
+
+
+def _between(least: float, most: float) -> str:
+    """Describe a range of times, or their mean if the range is small."""
+    if CLEARLY * (most - least) < abs(most + least):
+        return _later((least + most) / 2)
+    if least * most <= 0.0:
+        return f"{_later(least)} to {_later(most)}"
+    near, far = sorted((least, most), key=abs)
+    return f"{abs(near):.3g} to {_later(far)}"
 
 
 def _scaled(x: Scaled, unit: str) -> str:

@@ -1,8 +1,8 @@
 """Wrong times: whether the rows of a file are right at times other than those written.
 
-There are three looks, and each fits only as many unknowns as the columns determine: times that are
-multiples of a step (no unknown), one scale for the whole file (one unknown), and a scale and a
-shift for each maneuver (two unknowns).
+There are four looks, and each fits only as many unknowns as the columns determine: times that are
+multiples of a step (no unknown), one scale for the whole file (one unknown), a scale and a shift
+for each maneuver (two unknowns), and a time for each row.
 """
 
 from __future__ import annotations
@@ -18,9 +18,15 @@ from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
-from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.evidence.output_faults import (
+    OtherClock,
+    OtherTimes,
+    RowTimes,
+    TimesAddedUp,
+)
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
+from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Clock
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
@@ -29,6 +35,9 @@ from heyoka_bike.scoring.scores import ManeuverScore
 
 # Significant digits of a step entered by a person.
 _DIGITS_OF_STEP = 3
+# Rows are in another order if more than this fraction of them are followed by an earlier one. Old
+# rows that are written again make one such place for each interruption.
+_DISORDERED = 0.05
 
 
 class _Wrong(AtOtherTimes):
@@ -145,7 +154,7 @@ def one_clock(report: Report) -> Undone | None:
     clock = fitted_clock(every, (0,))
     if clock is None or not all(x.are_right(x.left(meant_by(x.time, clock))) for x in every):
         return None
-    if any(_is_refuted(m, clock) for m in report.maneuvers):
+    if any(_is_refuted(m, meant_by(m.part.time, clock)) for m in report.maneuvers):
         return None
     scale = 1.0 + float(clock[0])
     parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
@@ -166,7 +175,7 @@ def other_clocks(report: Report) -> Undone | None:
         if m.maneuver in clocks:
             scale, shift = clocks[m.maneuver]
             rows = shift / m.step if m.step else None
-            if _is_refuted(m, np.array([scale - 1.0, shift])):
+            if _is_refuted(m, scale * m.part.time + shift):
                 # Only the wrong columns belong to other times. All later steps leave them out.
                 keys = tuple(c.key for c in _Wrong(m).columns)
                 seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
@@ -181,17 +190,78 @@ def other_clocks(report: Report) -> Undone | None:
 def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
     """Correct the times of all maneuvers by one clock: the mean of their scales and shifts."""
     scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
-    if any(_is_refuted(m, np.array([scale - 1.0, shift])) for m in report.maneuvers):
+    if any(_is_refuted(m, scale * m.part.time + shift) for m in report.maneuvers):
         return None
     step = report.maneuvers[0].step
     parts = tuple(_on_clock(m.part, scale, shift) for m in report.maneuvers)
     return Undone((OtherClock(None, scale, shift, shift / step if step else None),), parts)
 
 
-def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
-    """True if a column that is right at the written times is wrong at the times of a clock."""
+def own_times(report: Report) -> Undone | None:
+    """Look for a time of its own for each row at which all its columns are right.
+
+    The rows may be in another order, written again, or of steps other than those written. Each row
+    has one unknown, so every wrong maneuver needs more columns than the few that always agree on
+    some time.
+    """
+    seen: dict[int, RowTimes] = {}
+    parts = []
+    for m in report.maneuvers:
+        part, wrong = m.part, _Wrong(m)
+        if wrong.columns:
+            found = _own_times(m, wrong)
+            if found is None:
+                return None
+            meant, seen[m.maneuver] = found
+            order = np.argsort(meant, kind="stable")
+            part = replace(part.at(order), time=meant[order], time_lo=np.zeros_like(meant))
+            part = part.at_distinct_times()
+        parts.append(part)
+    return Undone((OtherTimes(seen),), tuple(parts)) if seen else None
+
+
+def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None:
+    """Times at which all rows of a maneuver are right, and their description; None without them."""
+    rows = AtOtherTimes(m, [c for c in whole_columns(m) if c.key in BENCHMARK_COLUMNS])
+    # If the energy is constant, its parts and their sum count as one column.
+    energies = sum(c.key.endswith("_energy") for c in wrong.columns)
+    if len(wrong.columns) - max(energies - 1, 0) <= FEW_COLUMNS:
+        return None
+    nearest = rows.nearest()
+    least = np.array([floor_of(c) / c.scale for c in rows.columns])
+    limit = CLEARLY * np.maximum(rows.left(nearest), least)
+    # Rows that are also right at their own times stay there. Where the motion hardly changes,
+    # every time is right.
+    is_off = np.any(np.abs(rows.off(rows.time)[0]) > limit[:, None], axis=0)
+    meant = np.where(is_off, nearest, rows.time)
+    left = wrong.left(meant)
+    if not is_off.any() or not wrong.are_right(left) or _is_refuted(m, meant):
+        return None
+    ahead = (meant - rows.time)[is_off]
+    low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
+    if (
+        CLEARLY * (high - low) < abs(high + low)
+        and np.mean(is_off[np.argmax(is_off) :]) > MOST_ROWS
+    ):
+        # One shift of all rows from some time on has fewer unknowns: the motion departs there.
+        return None
+    written, most = rows.time[is_off], int(np.argmax(np.abs(ahead)))
+    return meant, RowTimes(
+        rows=int(is_off.sum()),
+        of=m.rows,
+        first=float(written[0]),
+        last=float(written[-1]),
+        ahead=(low, high),
+        example=(float(written[most]), float(written[most] + ahead[most])),
+        relief=rms(wrong.before) / max(rms(left), ROUNDING),
+        is_disordered=bool(np.mean(np.diff(meant) < -np.diff(rows.time) / 2) > _DISORDERED),
+    )
+
+
+def _is_refuted(m: ManeuverScore, meant: Array) -> bool:
+    """True if a column that is right at the written times is wrong at the times `meant`."""
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
-    left = right.left(meant_by(right.time, clock))
+    left = right.left(meant)
     limits = [floor_of(c) / c.scale for c in right.columns]
     return bool(np.any(left > CLEARLY * np.array(limits)))
 
