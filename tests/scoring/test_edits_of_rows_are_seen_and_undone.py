@@ -33,7 +33,7 @@ from heyoka_bike.scoring.rows.edits import (
 )
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
-from heyoka_bike.scoring.rows.rates import shifted_rate
+from heyoka_bike.scoring.rows.rates import exchanged, shifted_rate
 from heyoka_bike.scoring.rows.wrong_times import other_clocks
 from heyoka_bike.scoring.score import score
 
@@ -73,6 +73,41 @@ def test_edits_are_made_in_stages_whatever_their_order():
     one = {"a": np.ones(2), "b": np.zeros(2)}
     for edits in ((doubled, moved), (moved, doubled)):
         assert written(edits, one, np.arange(2.0))["b"].tolist() == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("numbers", [(2,), (1, 3), (1, 2, 3)])
+@pytest.mark.parametrize(
+    "pair",
+    [
+        ("roll_angle", "roll_rate"),
+        ("steer_angle", "steer_rate"),
+        ("roll_angle", "steer_angle"),
+        ("roll_rate", "steer_rate"),
+    ],
+)
+def test_lateral_columns_are_exchanged_in_any_motion(pair, numbers, reference):
+    """The motion is 1.2 times too far to the side, so it is wrong, but rates are still slopes."""
+    time = np.linspace(0.0, 10.0, 1001)
+    held = columns(reference, time)
+    for n, each in held.items():
+        each.update({key: 1.2 * each[key] for key in LATERAL})
+        if n in numbers:
+            one, other = pair
+            each[one], each[other] = each[other], each[one]
+    undone = exchanged(report_of(held, reference, time))
+    assert {(x.key, x.other, x.maneuvers) for x in undone.seen} == {
+        (*pair, numbers),
+        (*pair[::-1], numbers),
+    }
+    for part in undone.parts:
+        for key in LATERAL:
+            right = reference[part.number].approximate(part.time, [key])[key]
+            assert part.values[key] == pytest.approx(1.2 * right, abs=1e-9)
+
+
+def test_no_lateral_column_is_exchanged_in_a_right_file(reference):
+    time = np.linspace(0.0, 10.0, 1001)
+    assert exchanged(report_of(columns(reference, time), reference, time)) is None
 
 
 @pytest.mark.parametrize("numbers", [(2,), (1, 2, 3)])

@@ -78,9 +78,13 @@ def answers(
         return (_linear(diagnosis.classes[0][0]), *units)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
-        # Do not report wrong initial conditions in addition to a cause that explains them. Report a
-        # fall after its cause.
-        others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
+        # Do not report wrong initial conditions, or rows that repeat the first one, in addition to
+        # a cause that explains them. Report a fall after its cause.
+        others = (
+            x for x in first
+            if not isinstance(x, FallsOver | AnotherStart)
+            and not (isinstance(x, RowsRepeated) and x.rows == report[x.maneuver].rows)
+        )  # fmt: skip
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
             for rank, hypotheses in enumerate(diagnosis.classes[: THRESHOLDS.max_answers], 1)

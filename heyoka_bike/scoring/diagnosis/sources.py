@@ -17,7 +17,7 @@ from heyoka_bike.scoring.rows.column_faults import (
 )
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
-from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
+from heyoka_bike.scoring.rows.rates import exchanged, own_differences, shifted_rate
 from heyoka_bike.scoring.rows.table import RowCheck, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
@@ -61,7 +61,7 @@ SOURCES = (
         "are the numbers of a column those of another maneuver?",
         numbers_of_another_maneuver,
     ),
-    Source("exchanged", "are an angle and its rate exchanged?", exchanged_with_rate),
+    Source("exchanged", "are angles or rates exchanged?", exchanged),
     Source("differences", "is a rate a finite difference of its own angle?", own_differences),
     Source("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
     Source(

@@ -6,11 +6,12 @@ another row.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
 from heyoka_bike.scoring.evidence.output_faults import (
     OtherColumn,
@@ -18,6 +19,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RateOfOtherRow,
 )
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
@@ -37,40 +39,61 @@ ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
 _DEGREE_OF_SLOPES = 4
 
 
-def exchanged_with_rate(report: Report) -> Undone | None:
-    """Look for an angle and its rate that are exchanged.
+def exchanged(report: Report) -> Undone | None:
+    """Look for lateral columns that are exchanged in some maneuvers, or in all.
 
-    The column written as the angle is then the slope of the column written as the rate, whatever
-    the motion.
+    Whatever the motion is, each rate is the slope of its angle once the columns are in their own
+    places.
     """
-    found = [
-        key for key in _rates_of(report) if all(_is_slope_of_rate(m, key) for m in report.maneuvers)
-    ]
-    if not found:
+    meant = {m.maneuver: _exchanged(m) for m in report.maneuvers}
+    numbers = grouped((place, n) for n, places in meant.items() for place in places.items())
+    if not numbers:
         return None
-    angles = {key: LATERAL_ANGLES[key] for key in found}
-    meant = angles | {angle: key for key, angle in angles.items()}
-    numbers = tuple(m.maneuver for m in report.maneuvers)
-    seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
-    return Undone(tuple(seen), tuple(Exchanged(meant).undo(m.part) for m in report.maneuvers))
+    seen = (OtherColumn(key, tuple(each), other) for (key, other), each in numbers.items())
+    parts = (Exchanged(meant[m.maneuver]).undo(m.part) for m in report.maneuvers)
+    return Undone(tuple(seen), tuple(parts))
 
 
-def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
-    """True if an angle is the slope of its rate, and the rate is far from the angle's slope."""
-    angle_key = LATERAL_ANGLES[key]
-    if key not in m or angle_key not in m:
-        return False
-    rate, angle = m[key], m[angle_key]
-    is_whole = rate.values == angle.values == m.rows >= MIN_ROWS_FOR_SHAPE
-    time = rate.trace.time
-    if not is_whole or not np.all(np.diff(time) > 0.0):
-        return False
-    x, v = angle.trace.value, rate.trace.value
-    off, off_exchanged = (
-        rms(local_polynomials(time, one, _DEGREE_OF_SLOPES)[:, 1] - other) / (rms(other) or 1.0)
-        for one, other in ((x, v), (v, x))
-    )
-    return BY_FAR * off_exchanged < min(off, 1.0)
+def _exchanged(m: ManeuverScore) -> dict[str, str]:
+    """The key of the column that is written in each place, for exchanged columns of a maneuver."""
+    columns = [m[key] for key in LATERAL if key in m and m[key].values == m.rows]
+    if len(columns) < 2 or m.rows < MIN_ROWS_FOR_SHAPE or not np.all(np.diff(m.part.time) > 0.0):
+        return {}
+    values = {c.key: c.trace.value for c in columns}
+    slopes = {
+        key: local_polynomials(m.part.time, x, _DEGREE_OF_SLOPES)[:, 1] for key, x in values.items()
+    }
+
+    def off(meant: Mapping[str, str]) -> Array:
+        """By angle: distance of its slope from its rate, relative to the rate."""
+        place = {meant.get(key, key): key for key in values}
+        pairs = [(place[a], place[r]) for r, a in LATERAL_ANGLES.items() if {a, r} <= {*place}]
+        return np.array([rms(slopes[a] - values[r]) / (rms(values[r]) or 1.0) for a, r in pairs])
+
+    found: dict[str, str] = {}
+    before = off({})
+    for one, other in _exchanges(m):
+        if {one, other} <= {*values}:
+            meant = {one: other, other: one}
+            after = off(meant)
+            changed = after != before
+            if changed.any() and BY_FAR * max(after[changed]) < min(1.0, *before[changed]):
+                found |= meant
+    return found
+
+
+def _exchanges(m: ManeuverScore) -> Iterator[tuple[str, str]]:
+    """Yield the pairs of lateral columns that may be exchanged in a maneuver.
+
+    If the two angles, or the two rates, are exchanged, slopes do not show which. The start does:
+    there the bicycle rolls and does not steer.
+    """
+    yield from LATERAL_ANGLES.items()
+    rates = "roll_rate", "steer_rate"
+    if m.part.time[0] == 0.0 and all(key in m for key in rates):
+        roll, steer = (abs(float(m[key].trace.value[0])) for key in rates)
+        if roll != steer:
+            yield ("roll_angle", "steer_angle") if roll > steer else rates
 
 
 def _rates_of(report: Report) -> list[str]:
