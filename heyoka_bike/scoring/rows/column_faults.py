@@ -366,6 +366,8 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     # equal.
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
     moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
+    # Two zeros in succession are small values written as zero.
+    moves &= value[2:-1] != 0.0
     held = np.flatnonzero(alone & moves) + 2
     # Number of equal neighbours that the rounding to the digits written is expected to cause by
     # chance.
