@@ -85,7 +85,7 @@ def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
 
 
 _SAME_AXES = "the benchmark gives the matrix elements of all bodies"
-_ABOUT = "the point that your program takes inertias about"
+_ABOUT = "the point about which your program takes inertias"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
 _WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"
 _WHICH = "which wheel is the rear one"
