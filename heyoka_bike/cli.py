@@ -54,7 +54,7 @@ three jobs:
       heyoka-bike generate"""
 
 WELCOME = """\
-How many digits of your bicycle are right? To begin:
+How many digits of your results are right? To begin:
 
   heyoka-bike score my-results.txt       compare a result file with the exact motion
   heyoka-bike diagnose my-results.txt    find out why it differs

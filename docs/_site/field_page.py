@@ -340,9 +340,10 @@ def columns(programs):
     worst = ", ".join(f"{label(key)} {n}" for key, n in found.worst.most_common())
     wrong = ", ".join(f"{label(key)} {n}" for key, n in found.wrong.most_common())
     return (
-        f"Number of programs, of {found.worst.total()}, by the worst column of their best run: "
-        f"{worst}. {found.blind} programs have a run that passes eq. (1) in all maneuvers with an "
-        f"error above a thousandth. Number of these by the columns with such an error: {wrong}."
+        f"The best run of each of the {found.worst.total()} programs has one worst column. Number "
+        f"of programs by this column: {worst}. {found.blind} programs have a run that passes "
+        "eq. (1) in all maneuvers although columns are wrong by more than a thousandth of their "
+        f"largest value. Number of these programs by wrong column: {wrong}."
     )
 
 

@@ -60,8 +60,8 @@ def add_parser(subparsers: Any) -> None:
         "-o --output FOLDER": "folder of the Zarr store to write",
         "--force": "replace a different atlas in that folder",
         "--prove X,Y...": "prove for the point with these values on the two axes when a wheel "
-        "leaves the floor, or that none does within 10 s (half a minute to minutes each); may be "
-        "repeated",
+        "leaves the floor, or that none does within 10 s (each takes half a minute or more); may "
+        "be repeated",
     }
     options.add_arguments(p, where, output={"required": True})
     options.add_workers(p)

@@ -24,8 +24,9 @@ examples:
   heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11
 
 requirements: [maneuver.][column.]metric op number. Without a maneuver or a column, the worst
-  one counts. Metrics: scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
-  performance, columns, coverage, gap; op: < <= > >=. Exit code 3 if one is not met.
+  maneuver or column counts. Metrics: scd, mescd, max_abs_error, rms_error, max_rel_error,
+  time_to_tolerance, performance, columns, coverage, gap; op: < <= > >=. The exit code is 3 if a
+  requirement is not met.
   A requirement needs all eight columns over the whole run in each maneuver of the file, unless
   'columns >= 5' or 'coverage >= 0.3' is required too. Definitions: docs/measures.md
 """
@@ -85,7 +86,7 @@ def add_parser(subparsers: Any) -> None:
         "step or for iterations; the files are then runs of one program",
         "--name NAME": "name of each file's program, separated by commas (default: the file "
         "names); files with the same name are different maneuvers of one program",
-        "--cpu S": "processor time of each file [s], separated by commas",
+        "--cpu S": "processor time of the run in each file [s], separated by commas",
     }
     options.add_arguments(p, how | options.REFERENCE)
 

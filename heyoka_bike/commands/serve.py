@@ -44,8 +44,9 @@ def add_parser(subparsers: Any) -> None:
         "--open": "open the page in the browser",
         "--max-size MB": "largest size of a request [MB] (default 100)",
         "--keep MINUTES": "time for which a result is stored [minutes] (default 1440, a day)",
-        "--workers N": "files scored at the same time (default: one for each processor)",
-        "--queue N": "files that may wait; further ones are answered 'busy' (default 100)",
+        "--workers N": "number of files scored at the same time (default: one for each processor)",
+        "--queue N": "number of files that may wait; further files are answered 'busy' (default "
+        "100)",
         "--memory MB": "memory limit for one file [MB] (default 2000)",
         "--no-diagnose": "do not offer the diagnosis",
         "--leaderboard DIR": "folder of submissions to rank on the page, see 'leaderboard'",

@@ -1,10 +1,10 @@
 r"""Pack a result for the benchmark's collection.
 
-Write the files that the IFToMM library requires into one .zip: the text file of 25 columns in
-binary64 as they were read, and the two numbers of its form (eq. (1) of maneuver 2, and the
+Write the files that the IFToMM library requires into one .zip: a text file with the 25 columns, as
+read in binary64, and the two numbers for the library's form (eq. (1) of maneuver 2, and the
 processor time that you give). The archive also contains the correct digits of every maneuver and
-the report. Nothing is sent. The file is read as by 'score'. It must contain all three maneuvers at
-the same times, in SI units.
+the report. Nothing is sent. The result file is read as by 'score'. It must contain all three
+maneuvers at the same times, in SI units.
 
 example: heyoka-bike submit my-results.txt --program 'Mine 1.0, RK4, h = 0.001' --cpu 0.8 \
   --machine 'AMD EPYC 7763, 1 core'

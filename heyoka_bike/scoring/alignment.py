@@ -30,7 +30,7 @@ from heyoka_bike.scoring.evidence.as_compared import (
 )
 from heyoka_bike.scoring.evidence.as_read import TimesFromFirst, TimeUnitContradicted
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.free import with_free_values
+from heyoka_bike.scoring.free import with_all_turns, with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.heading import TIME
@@ -191,7 +191,7 @@ def align(results: Results, reference: Reference) -> Alignment:
             significant_digits=results.significant_digits,
         ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
-        seen=tuple(seen),
+        seen=with_all_turns(seen),
     )
 
 
@@ -423,9 +423,10 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
     apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
     raise NothingScoredError(
-        f"{results.path}: found columns that fit no maneuver clearly (relative distances "
-        + ", ".join(f"{n}: {x:.2g}" for n, x in sorted(apart.items()))
-        + f"), expected those of one; name it with {_option(results, 'maneuver', 'N')}{hint}"
+        f"{results.path}: found columns far from every maneuver (they typically differ by "
+        + ", ".join(f"{x:.2g} from maneuver {n}" for n, x in sorted(apart.items()))
+        + ", relative to the largest values), expected those of one; choose it with "
+        + f"{_option(results, 'maneuver', 'N')}{hint}"
     )
 
 

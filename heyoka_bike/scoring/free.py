@@ -14,7 +14,7 @@ constants that remain.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -73,6 +73,13 @@ def with_free_values(
         rows = _turned_back(rows, *angle)
         seen.append(PathTurned(angle.heading))
     return rows, tuple(seen)
+
+
+def with_all_turns(seen: Sequence[Evidence]) -> tuple[Evidence, ...]:
+    """Return the evidence of all maneuvers, with the angles within one turn in one finding."""
+    keys = dict.fromkeys(key for x in seen if isinstance(x, WholeTurns) for key in x.keys)
+    others = [x for x in seen if not isinstance(x, WholeTurns)]
+    return (*others, WholeTurns(tuple(keys))) if keys else tuple(others)
 
 
 def _quaternion(end: str) -> list[str]:

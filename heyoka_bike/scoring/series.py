@@ -498,7 +498,7 @@ def score_files(
     if not is_one_program:
         return side_by_side(files, known, names=names, cpu=cpu, require=require)
     if names is not None:
-        raise InputError("name: found with runs of one program, expected only with several")
+        raise InputError("name: found for runs of one program, expected only for several programs")
     return _series(files, known, options, require)
 
 

@@ -213,7 +213,7 @@ def test_few_digits_are_no_mistake(tmp_path, exact):
         ("states,pitch [rad]\n1,0\n", 1, "did you mean state?"),
         ("1 2\n3 4\n", 1, "found no line of column names that are known"),
         ("state,com_z [m]\n", 1, "expected"),
-        ("state,mine\n1,0\n", 2, "found no quantity beside the states"),
+        ("state,mine\n1,0\n", 2, "found only states, expected also"),
         ("state,pitch [rad],pitch [deg]\n1,0,0\n", 1, "found a second column of pitch"),
         ("state,roll_angle [rad],com_z [m]\n18,0.2,0\n", 1,
          "a.csv:2: found roll_angle 0.2 rad in state 18, expected 0.1: off by 0.1"),

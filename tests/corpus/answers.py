@@ -124,7 +124,7 @@ ANSWERS = {
     "mechanical energy is kinetic minus potential": "kinetic minus the potential",
     "potential energy with the other sign": "potential energy falls with the height",
     "mechanical energy over its first value": "mechanical_energy|mechanical energy",
-    "kinetic energy without the wheels' spin": "without the wheels' spin",
+    "kinetic energy without the wheels' spin": "leaves out the wheels' spin",
     "rates by forward differences": "forward differences",
     "rates by central differences": "central differences",
     "speed times 7/6: spin times the front radius":

@@ -118,7 +118,7 @@ def test_the_site_builds_without_a_warning(folder, tmp_path):
         p.relative_to(tmp_path / "html").as_posix(): p.read_text(encoding="utf-8")
         for p in (tmp_path / "html").rglob("*.html")
     }
-    assert "worst column 1.6 correct" in html["start.html"]
+    assert "the worst column has 1.6 correct" in html["start.html"]
     with served(tmp_path) as address:
         checked, found = broken(address, "/html/", ["/html/"])
     assert found == []

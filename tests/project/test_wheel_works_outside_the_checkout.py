@@ -89,7 +89,7 @@ def test_it_scores_and_says_what_it_cannot(site):
     assert not any((site / name).exists() for name in ("heyoka", "llvmlite", "scipy"))
     scored = command(site, "score", str(site / FILE))
     assert scored.returncode == 0, scored.stderr
-    assert "wrong, worst column 1.6 correct digits" in " ".join(scored.stdout.split())
+    assert "wrong; the worst column has 1.6 correct digits" in " ".join(scored.stdout.split())
     refused = command(site, "generate")
     assert refused.returncode == 1
     assert refused.stdout == ""

@@ -87,7 +87,7 @@ def test_an_answer_without_a_cause_has_twelve_lines_at_most(reference):
     found = replace(report, diagnosis=remarks)
     text = summary.diagnosis(found)
     assert len(text.splitlines()) <= MOST_LINES
-    assert text.splitlines()[-1].endswith("more remarks with --details")
+    assert text.splitlines()[-1].endswith("more findings")
     assert len(summary.diagnosis(found, has_details=True).splitlines()) > MOST_LINES
 
 

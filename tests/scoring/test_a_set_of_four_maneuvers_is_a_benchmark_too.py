@@ -85,10 +85,10 @@ def test_a_file_of_it_is_right(four, tmp_path, capsys):
     asked = ["--reference", str(four.folder), "--require", "4.performance < 2e-4"]
     assert main(["score", str(path), *asked, "--require", "4.scd >= 12"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "right, worst column" in said
+    assert "right; the worst column" in said
     assert "in maneuver 2, which passes: the limit is 1e-2 %, and " in said
     assert "in maneuver 4, which passes: the limit is 2e-4 %" in said
-    assert said.count("eq. (1), the benchmark's own measure, is ") == 1
+    assert said.count("eq. (1), the benchmark's measure of how much the energy varies, is ") == 1
 
 
 def test_its_own_limit_judges(four, tmp_path, capsys):
@@ -116,7 +116,7 @@ def test_what_is_said_of_eq_1_leaves_out_what_has_no_energy(four):
     columns = {"time": four.times, "m2_roll_angle": four[2]["roll_angle"]}
     columns |= {f"m4_{key}": four[4][key] for key in KEYS}
     said = performance_remark(score(columns, four))
-    assert said.startswith("eq. (1), the benchmark's own measure, is ")
+    assert said.startswith("eq. (1), the benchmark's measure of how much the energy varies, is ")
     assert "maneuver 4" in said
     assert "maneuver 2" not in said
 

@@ -70,7 +70,7 @@ def test_the_variable_and_the_values_are_found(reference, motions, name):
 
 def test_friction_is_said_to_brake(reference, motions):
     said = TorqueLaw(with_torque(reference, motions, *LAWS["friction"][::2]).law).message()
-    assert said.startswith("The program has a torque on the steer axis too many, or lacks one. ")
+    assert said.startswith("The program applies an extra torque on the steer axis, or lacks one. ")
     assert "It brakes, as friction does" in said
     said = TorqueLaw(with_torque(reference, motions, *LAWS["play"][::2]).law).message()
     assert "brakes" not in said

@@ -314,7 +314,9 @@ def test_the_solution_of_ode45_is_read_as_told(columns, reference, tmp_path):
     sol = {"solver": "ode45", "extdata": {"odefun": "f"}, "x": TIME[None], "y": states,
            "stats": {"nsteps": 100.0}, "idata": {"f3d": np.zeros((3, 7, 101))}}  # fmt: skip
     scipy.io.savemat(path, {"sol": sol})
-    with pytest.raises(InputError, match="found 'sol', a solution of ode45 with 3 states, and not"):
+    with pytest.raises(
+        InputError, match="found 'sol', a solution of ode45 with 3 states without names"
+    ):
         read_results(path)
     report = score(path, reference, columns="t,steer,roll,steer_rate", maneuver=2)
     assert_right(report, "steer_angle", "roll_angle", "steer_rate", numbers=(2,))

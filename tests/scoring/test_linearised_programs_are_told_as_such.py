@@ -41,7 +41,7 @@ def test_a_linear_program_is_told_as_such(reference, simulator, energies):
     (only,) = said(linear_run(reference, energies=energies), reference, simulator)
     assert only.code == "linearised"
     assert "linearised equations" in only.message
-    assert "Nothing else is wrong. Not compared: potential_energy" in only.message
+    assert "No other error is visible. Not compared: potential_energy" in only.message
 
 
 @pytest.mark.proof

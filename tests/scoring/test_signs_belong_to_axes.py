@@ -97,7 +97,7 @@ def test_usual_axes_are_not_warned_of(reference, keys):
 
 def test_signs_that_contradict_are_in_the_verdict(reference):
     report = score(made(reference, turned("roll_rate")), reference)
-    assert "contradict each other; apart from that, " in report.verdict
+    assert "contradict each other; apart from the signs, " in report.verdict
 
 
 def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):

@@ -239,7 +239,7 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
     more = ["--reference", str(older), "--maneuver", "2", "--require", "com_y.scd > 1"]
     assert main(["score", str(path), *more]) == 3
     out = capsys.readouterr().out
-    assert "com_y is not in the reference" in out
+    assert "no com_y in the reference" in out
     assert "com_y: not compared" in out
     assert f"has no {MOTION}" in out.replace("\n          ", " ")
     path.write_text("\n".join(["time,com_y", *(r.split(",")[0] + ",1" for r in rows)]))
@@ -271,11 +271,11 @@ def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     head = "time,rear_normal_force" + (",roll_angle" if more else "")
     path.write_text("\n".join([head, *rows]))
     assert main(["diagnose", str(path), "--maneuver", "2"]) == 2
-    assert "none of them has a value" in capsys.readouterr().err
+    assert "and the file has none" in capsys.readouterr().err
     # The command still prints the score, although there is nothing to diagnose.
     assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
     shown = capsys.readouterr().out
-    assert "The diagnosis needs the benchmark's columns" in shown
+    assert "The diagnosis needs values of the benchmark's columns" in shown
     assert "rear_normal_force" in shown
 
 

@@ -105,8 +105,8 @@ def test_columns_of_arrays_are_told(tmp_path):
     [
         ("t,rol_angle,-", "--columns: found 'rol_angle', expected time, roll_angle"),
         ("t,rol_angle,-", "did you mean roll_angle?"),
-        ("roll_angle,-,-", "--columns: found no time and another column"),
-        ("t,-,-", "--columns: found no time and another column"),
+        ("roll_angle,-,-", "--columns: expected the time and at least one more column"),
+        ("t,-,-", "--columns: expected the time and at least one more column"),
         ("t,roll", "r.csv:2: found 3 columns, expected 2 as named in --columns"),
         ("t,roll,v,yaw", "r.csv:2: found 3 columns, expected 4 as named in --columns"),
         ("t,roll,lean", "found 'roll' and 'lean', expected one column of roll angle"),

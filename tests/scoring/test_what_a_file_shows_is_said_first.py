@@ -369,7 +369,7 @@ def test_a_unit_is_told_by_the_start_of_one_maneuver(reference):
 
     (found,) = [f for f in shown(report_of(reference, fast)) if f.code == "another_start"]
     assert (found.evidence["maneuver"], found.evidence["unit"]) == (3, "km h-1")
-    assert found.message.endswith("The ratio is 3.6, as if it were in km/h")
+    assert found.message.endswith("The ratio is 3.6, as if the value were in km/h")
 
 
 @pytest.mark.parametrize("rest", [0.0, 1e-7])

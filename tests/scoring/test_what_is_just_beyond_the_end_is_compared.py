@@ -89,4 +89,4 @@ def test_the_digits_that_differ_are_said(reference, tmp_path):
     np.savetxt(path, table, "%.17g")
     (said,) = [f.message for f in score(path, maneuver=2).findings if f.code == "time_outside"]
     assert "10.0051" in said
-    assert said.startswith("1 row is left out, with times")
+    assert said.startswith("1 row at ")

@@ -282,7 +282,7 @@ def test_a_ratio_in_one_maneuver_is_none_where_the_column_is_wrong_in_others(ref
     }
     first, *_ = said(reference, {n: {"mechanical_energy": x} for n, x in energies.items()})
     assert first.code == "mistake"
-    assert "the mechanical energy is the kinetic minus the potential one" in first.message
+    assert "the mechanical energy is the kinetic minus the potential energy" in first.message
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def assert_not_whole(report, name):
     left_out = (x for e in report.seen if isinstance(e, NotCompared) for x in e.columns)
     assert name in {x.name for x in (*left_out, *report.not_compared)}
     said = report.verdict.partition(": ")[2]
-    assert not said.startswith("right") or said.startswith("right, as far as it goes")
+    assert not said.startswith("right") or said.startswith("right, but compared only in part")
 
 
 @pytest.mark.parametrize("name", [
@@ -141,8 +141,8 @@ def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
     assert_not_whole(judged(path), name)
     assert main(["score", str(path), "--require", "scd >= 6"]) == 3
     said = " ".join(capsys.readouterr().out.split())
-    assert "right, as far as it goes: 6 of 8 columns" in said
-    assert f"{name} not compared" in said
+    assert "right, but compared only in part (6 of 8 columns" in said
+    assert f"{name} is not compared" in said
 
 
 @pytest.mark.parametrize("name", [
@@ -348,7 +348,7 @@ def test_a_list_of_json_that_is_no_column_is_refused(found, tmp_path):
     every = {key: x.tolist() for key, x in right().items()}
     path = tmp_path / "a.json"
     path.write_text(json.dumps(every | {"roll_angle": found}))
-    with pytest.raises(InputError, match="roll_angle: found a list that is no column, expected"):
+    with pytest.raises(InputError, match="roll_angle: found a list that is not a column, expected"):
         judged(path)
 
 

@@ -116,7 +116,7 @@ def test_one_maneuver(kind, expected):
 
 def test_results_that_do_not_tell_their_maneuver_are_told():
     upright = hb.read_results({"time": TIME[:1], "roll_angle": ROLL[:1]})
-    with pytest.raises(BicycleError, match="name it with maneuver=N"):
+    with pytest.raises(BicycleError, match="choose it with maneuver=N"):
         hb.score(upright)
     assert list(hb.score(upright, maneuver=2)) == [2]
 
@@ -161,7 +161,7 @@ REFUSED = {
         lambda: hb.score(np.where(TIME == 1, np.nan, TIME), roll_angle=ROLL),
         "array: row 101: found a time that is not finite"),
     "a list of columns": (
-        lambda: hb.score([MANEUVERS[1], MANEUVERS[2]]), "expected them by number"),
+        lambda: hb.score([MANEUVERS[1], MANEUVERS[2]]), "expected maneuvers by number"),
     "another maneuver": (lambda: hb.score(TABLE, maneuver=4), "found maneuver 4, expected 1 to 3"),
     "a maneuver in words": (lambda: hb.score(TABLE, maneuver="2"), "found maneuver '2', expected"),
     "a maneuver's number": (lambda: hb.score({4: TABLE}), "found maneuver 4, expected 1 to 3"),

@@ -147,7 +147,7 @@ def test_a_definition_of_its_own_is_asked_for_before_it_is_called_wrong(referenc
     mean = (m["forward_speed_hub_global_x"] + m["forward_speed_front_contact"]) / 2
     report = score(columns(reference, forward_speed=mean), reference, maneuver=2)
     said = report.verdict.partition(": ")[2]
-    assert said.startswith("forward_speed has a definition of its own, or the file is wrong, ")
+    assert said.startswith("forward_speed has a definition of its own, or the file is wrong; ")
     assert "definition_unknown" in codes(report)
     assert not report.is_right
     # If another column is also wrong, the verdict does not ask about the definition of the speed.
@@ -166,7 +166,7 @@ def test_what_fits_one_maneuver_to_its_digits_is_of_no_other_definition(referenc
 
 def test_columns_that_were_left_out_are_named(reference):
     report = score(columns(reference, hub_vy=np.sin(reference[2].time)), reference, maneuver=2)
-    assert report.verdict.endswith("; hub_vy not compared")
+    assert report.verdict.endswith("; hub_vy is not compared")
 
 
 @pytest.mark.proof

@@ -100,19 +100,22 @@ def test_hostile_names_stay_text(pages, parsed):
 
 def test_the_verdict_is_in_words(parsed):
     text = {name: page.text for name, page in parsed.items()}
-    assert "≈ Close, worst column 4.1 correct digits (maneuver 1 steer_rate)." in text["sample"]
+    assert (
+        "≈ Close; the worst column has 4.1 correct digits (maneuver 1 steer_rate)."
+        in text["sample"]
+    )
     assert "✓ All 2 requirements met" in text["sample"]
     assert "is 5.3e-06 % in maneuver 2, which passes: the limit is 1e-3 %" in text["sample"]
     assert "✗ 1 of 3 requirements FAILED" in text["rough"]
     assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
-    assert "✗ Wrong, worst column without a correct digit" in text["rough"]
-    assert "≈ Close, as far as it goes, worst" in text["half"]
+    assert "✗ Wrong; the worst column has no correct digit" in text["rough"]
+    assert "≈ Close, but compared only in part; the worst" in text["half"]
     assert "covers 50 % of each maneuver" in text["half"]
-    assert "✓ Right, no error in any column." in text["perfect"]
+    assert "✓ Right; no column has an error." in text["perfect"]
     assert "Nothing could be compared." in text["nothing"]
     assert "Remark" not in text["nothing"]
     assert "observed order 4.0" in text["series"]
-    assert "Fine is the best of 3 programs: right, worst column" in text["programs"]
+    assert "Fine is the best of 3 programs: right; the worst column" in text["programs"]
 
 
 def test_true_error_leads_and_eq_1_is_a_remark(pages):

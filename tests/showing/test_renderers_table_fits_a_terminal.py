@@ -86,16 +86,17 @@ def test_colours_change_nothing_else(name):
 def test_the_verdict_by_true_error_comes_first():
     text = " ".join(text_of("sample").split())
     assert text.startswith(
-        "runs/other-h0.001.txt: close, worst column 4.1 correct digits (maneuver 1 steer_rate); "
-        "all 2 requirements met 1001 rows, 0 to 10 s, 12 digits written, text file; 1 warning"
+        "runs/other-h0.001.txt: close; the worst column has 4.1 correct digits (maneuver 1 "
+        "steer_rate); all 2 requirements met 1001 rows, 0 to 10 s, 12 digits written, text file; "
+        "1 warning"
     )
     text = " ".join(text_of("rough").split())
-    assert "wrong, worst column without a correct digit (maneuver 1 steer_rate, wrong by" in text
+    assert "wrong; the worst column has no correct digit (maneuver 1 steer_rate, wrong by" in text
     assert "1 of 3 requirements FAILED" in text
     assert "is 1.6 % in maneuver 2, which FAILS" in text
-    assert "close, as far as it goes, worst" in " ".join(text_of("half").split())
+    assert "close, but compared only in part; the worst" in " ".join(text_of("half").split())
     assert "covers 50 % of each maneuver" in " ".join(text_of("half").split())
-    assert "right, no error in any column" in text_of("perfect")
+    assert "right; no column has an error" in text_of("perfect")
     assert "nothing could be compared" in text_of("nothing")
 
 
@@ -160,9 +161,9 @@ def test_unknown_is_a_dash():
 def test_what_matters_most_comes_first():
     text = text_of("rough")
     order = [
-        "wrong, worst", "correct digits", "remark: eq. (1)", "WARNING", "info", "ok  ", "FAILED  ",
-        "maneuver 1: 1001 rows", "eq. (1), 100 (max E - min E) / E0", "potential + kinetic -",
-        "by: ",
+        "wrong; the worst", "correct digits", "remark: eq. (1)", "WARNING", "info", "ok  ",
+        "FAILED  ", "maneuver 1: 1001 rows", "eq. (1), 100 (max E - min E) / E0",
+        "potential + kinetic -", "by: ",
     ]  # fmt: skip
     places = [text.index(part) for part in order]
     assert places == sorted(places)
@@ -198,12 +199,12 @@ def test_a_series_without_steps_or_times_says_less():
     assert "CPU" not in text
     assert "order  " not in text
     assert "step [s]" not in text
-    assert "the best one: right, worst column 7.7" in text
+    assert "the best one: right; the worst column has 7.7" in text
 
 
 def test_programs_are_named_and_not_asked_for_steps():
     text = text_of("programs")
-    assert text.startswith("Fine is the best of 3 programs: right, worst column")
+    assert text.startswith("Fine is the best of 3 programs: right; the worst column")
     assert "step" not in text.partition("\n\nfindings")[0]
     overview = text.partition("worst column  ")[2].partition("\n\n")[0]
     assert [line.split()[0] for line in overview.split("\n")[2:5:2]] == ["Fine", "Rough"]

@@ -39,7 +39,7 @@ def test_nine_runs_have_no_more_lines():
 def test_it_answers_in_this_order():
     text = text_of("rough")
     names = ("digits", "worst", "conventions", "eq. (1)", "required", "warnings", "next")
-    assert text.partition(": ")[2].startswith("wrong, worst column")
+    assert text.partition(": ")[2].startswith("wrong; the worst column")
     places = [text.index(f"\n  {name} ") for name in names]
     assert places == sorted(places)
     assert "maneuver 1: 0.0, maneuver 2: 0.0" in re.sub(r"-[0-9.]+", "0.0", text)
@@ -56,7 +56,7 @@ def test_it_answers_in_this_order():
         (sample_reports.nothing, "nothing in it could be compared"),
         (lambda: sample_reports.sample(1e-9), "--require 'scd >= 8' --require 'coverage >= 1'"),
         (lambda: _part(sample_reports.sample(1e-9)), "write rows over the whole run"),
-        (lambda: _rounded(sample_reports.sample()), "write 17 digits"),
+        (lambda: _rounded(sample_reports.sample()), "write the values unrounded"),
         (lambda: _explained(sample_reports.rough()), "gravity is 9.8"),
     ],
 )  # fmt: skip

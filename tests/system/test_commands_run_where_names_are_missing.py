@@ -72,7 +72,7 @@ def test_the_names_are_missing(tmp_path, command):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("score", PEER), "worst column 1.6 correct digits"),
+        (("score", PEER), "the worst column has 1.6 correct digits"),
         (("linear",), "6.02426201538836"),
         (("export", "--format", "c", "-o", "export"), "export"),
         pytest.param(("diagnose", PEER), "No known mistake", marks=pytest.mark.proof),

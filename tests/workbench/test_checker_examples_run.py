@@ -45,14 +45,14 @@ def test_an_example_passes_and_fails_as_it_should(language, folder):
         need(tool)
     done = shell(line, folder)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "right, worst column " in done.stdout
+    assert "right; the worst column " in done.stdout
     text = (folder / name).read_text()
     small = "1.0e-9" if language == "Fortran" else "1e-9"
     assert text.count(small) == 1
     (folder / name).write_text(text.replace(small, small.replace("-9", "-5")))
     done = shell(line, folder)
     assert done.returncode != 0
-    assert "close, worst column " in done.stdout
+    assert "close; the worst column " in done.stdout
 
 
 @pytest.mark.slow
@@ -84,7 +84,7 @@ def test_octave_passes_and_fails_as_it_should(folder, reference):
     np.savetxt(folder / "my-results.txt", table)
     done = shell(line, folder)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "right, worst column 14.0" in done.stdout
+    assert "right; the worst column has 14.0" in done.stdout
     table[:, 1:] *= 1 + 1e-5
     np.savetxt(folder / "my-results.txt", table)
     assert shell(line, folder).returncode == 1

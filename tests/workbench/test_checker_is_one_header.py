@@ -138,7 +138,7 @@ def test_arrays_lie_as_they_like(library, reference):
     exact = check_table(library, table)
     assert exact[0] == Grade.RIGHT
     assert exact[1].tolist() == [14.0] * 24
-    assert exact[2].startswith("right, worst column 14.0 correct digits (maneuver 1 ")
+    assert exact[2].startswith("right; the worst column has 14.0 correct digits (maneuver 1 ")
     for other in (np.asfortranarray(table), np.repeat(table, 2, axis=1)[:, ::2]):
         grade, digits, line = check_table(library, other)
         assert (grade, digits.tolist(), line) == (exact[0], exact[1].tolist(), exact[2])
@@ -153,7 +153,7 @@ def test_a_part_is_not_called_right(library, reference):
     for part in (table[:-20], table[20:], np.delete(table, range(30, 70), axis=0)):
         grade, _, line = check_table(library, part)
         assert grade == Grade.CLOSE
-        assert line.startswith("right, as far as it goes, worst")
+        assert line.startswith("right, but compared only in part; the worst")
     table[5, 3] = np.nan
     assert check_table(library, table)[0] == Grade.CLOSE
 
@@ -164,7 +164,7 @@ def test_digits_are_not_rounded_up_to_a_better_grade(library, reference):
     roll[50] += 10.0**-5.97 * reference[1].scale("roll_angle")
     _, digits, line = check_table(library, table)
     assert 5.95 < digits[0] < 6.0
-    assert line.startswith("close, worst column 5.9 correct digits (maneuver 1 roll_angle")
+    assert line.startswith("close; the worst column has 5.9 correct digits (maneuver 1 roll_angle")
 
 
 def test_what_was_never_filled_is_left_out(library, reference):
@@ -321,11 +321,14 @@ def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
     run([need("cc"), "-std=c99", "-O2", "edges.c", "-o", "edges", "-lm"], folder)
     lines = run(["./edges"], folder).splitlines()
     said = dict(line.split(": ", 1) for line in lines)
-    assert said.pop("exact").startswith("1 1 right, worst column 14.0")
+    assert said.pop("exact").startswith("1 1 right; the worst column has 14.0")
     assert (said.pop("enough"), said.pop("half")) == ("7 1.000", "8 0.500")
-    assert "right, as far as it goes: 7 of 8 columns, worst column" in said["a column less"]
-    assert "right, as far as it goes, worst column 14.0" in said["half a column"]
-    assert "as far as it goes: 1 of 8 columns in maneuver 1" in said["another maneuver"]
+    assert (
+        "right, but compared only in part (7 of 8 columns); the worst column"
+        in said["a column less"]
+    )
+    assert "right, but compared only in part; the worst column has 14.0" in said["half a column"]
+    assert "but compared only in part (1 of 8 columns in maneuver 1)" in said["another maneuver"]
     assert {key: line.split(maxsplit=2)[:2] for key, line in said.items() if key != "signs"} == {
         key: ["0", "0"] for key in said if key not in ("signs", "a late row")
     } | {"a late row": ["1", "0"]}
@@ -333,8 +336,8 @@ def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
     assert said["an infinite time"].endswith("a time is not finite (roll_angle)")
     assert said["a late row"].split(maxsplit=2)[2].startswith("wrong")
     assert (
-        "wrong, for the signs of roll_angle, roll_rate contradict each other; apart from that, "
-        "worst column 14.0" in said["signs"]
+        "wrong, because the signs of roll_angle, roll_rate contradict each other; apart from the "
+        "signs, the worst column has 14.0" in said["signs"]
     )
 
 

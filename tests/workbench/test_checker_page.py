@@ -171,22 +171,26 @@ def test_texts_of_many_kinds(judged, reference):
     one = table(reference, (2,))
     degrees = one[:, [0, 7, 1]] * np.array([1, -180 / np.pi, -180 / np.pi])
     heading = "time,maneuver_2_steer_angle,m2_roll_angle [deg]"
-    two = "right, as far as it goes: 2 of 8 columns, worst column 1"
+    two = "right, but compared only in part (2 of 8 columns); the worst column has 1"
     constant = one.copy()
     constant[:, 6] = np.round(one[0, 6], 1)  # five digits, while the other columns have 17
     cases = {
-        "comma": (as_text(rows, ","), "right, worst column 1", 24),
-        "semicolon": (as_text(rows, "; ", "a line; of text"), "right, worst column 1", 24),
-        "fortran": (as_text(rows).replace("e", "D"), "right, worst column 1", 24),
-        "one": (as_text(one), "right, worst column 1", 8),
+        "comma": (as_text(rows, ","), "right; the worst column has 1", 24),
+        "semicolon": (as_text(rows, "; ", "a line; of text"), "right; the worst column has 1", 24),
+        "fortran": (as_text(rows).replace("e", "D"), "right; the worst column has 1", 24),
+        "one": (as_text(one), "right; the worst column has 1", 8),
         "named": (as_text(degrees, ",", heading), two, 2),
         "quoted": (quoted(as_text(degrees, ",", heading)), two, 2),
         "milliseconds": (as_text(degrees * [1e3, 1, 1], ",", heading.replace("time", "t [ms]")),
                          two, 2),
-        "decimal commas": (as_text(rows, ";").replace(".", ","), "right, worst column 1", 24),
-        "counted": (as_text(rows, " ", " ".join(map(str, range(1, 26)))), "right, worst", 24),
-        "part": (as_text(rows[:80]), "right, as far as it goes, worst column 1", 24),
-        "constant": (as_text(constant), "close, worst column 4.", 8),
+        "decimal commas": (
+            as_text(rows, ";").replace(".", ","), "right; the worst column has 1", 24
+        ),
+        "counted": (as_text(rows, " ", " ".join(map(str, range(1, 26)))), "right; the worst", 24),
+        "part": (
+            as_text(rows[:80]), "right, but compared only in part; the worst column has 1", 24
+        ),
+        "constant": (as_text(constant), "close; the worst column has 4.", 8),
     }  # fmt: skip
     for name, (text, verdict, count) in cases.items():
         shown = judged(of_text(name, text))
@@ -252,13 +256,13 @@ FORGED = {
         "result",
         {
             "name": "my-engine.csv",
-            "line": "right, worst column 14.0 correct digits",
+            "line": "right; the worst column has 14.0 correct digits",
             "style": "right",
             "remarks": ["1001 rows"],
             "cells": [],
         },
     ),
-    "a verdict beside cells": shared(CELL, line="right, worst column 14.0 correct digits"),
+    "a verdict beside cells": shared(CELL, line="right; the worst column has 14.0 correct digits"),
     "no cell": shared(),
     "no cells": shared(cells=None),
     "null": packed("result", None),
@@ -301,13 +305,21 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
     wrong = CELL | {"key": 1, "column": 1, "grade": 4, "digits": 1.6, "max_error": 0.1}
     every = [CELL | {"key": k, "column": k} for k in range(8)]
     other = CELL | {"maneuver": 2}
-    worst = "worst column 14.0 correct digits (maneuver 1 roll_angle)"
+    worst = "the worst column has 14.0 correct digits (maneuver 1 roll_angle)"
     for cells, whole, verdict in [
-        (every, True, f"right, {worst}"),
-        (every, False, f"right, as far as it goes, {worst}"),
-        (every[:5], True, f"right, as far as it goes: 5 of 8 columns, {worst}"),
-        ((*every, other), True, f"right, as far as it goes: 1 of 8 columns in maneuver 2, {worst}"),
-        ((CELL, wrong), True, "wrong, worst column 1.6 correct digits (maneuver 1 roll_rate)"),
+        (every, True, f"right; {worst}"),
+        (every, False, f"right, but compared only in part; {worst}"),
+        (every[:5], True, f"right, but compared only in part (5 of 8 columns); {worst}"),
+        (
+            (*every, other),
+            True,
+            f"right, but compared only in part (1 of 8 columns in maneuver 2); {worst}",
+        ),
+        (
+            (CELL, wrong),
+            True,
+            "wrong; the worst column has 1.6 correct digits (maneuver 1 roll_rate)",
+        ),
     ]:  # fmt: skip
         shown = judged(shared(*cells, whole=whole))
         dom = shown.content()
@@ -521,7 +533,7 @@ def test_lines_of_numbers_are_read_or_quoted(judged, reference):
     }
     for name, text in read.items():
         dom = judged(of_text(name, "\n".join(text))).content()
-        assert verdict_of(dom).startswith("right, worst column 1"), name
+        assert verdict_of(dom).startswith("right; the worst column has 1"), name
         assert "not read" not in said(dom, "facts"), name
     assert lines[0].startswith("0 0 ")
     dom = judged(of_text("x", "\n".join(["2*, 9", "# dt = 0.1", *lines, "# 1 2 3 4 5 6 7 8 9"])))

@@ -46,8 +46,8 @@ def scale_words(error: float, column: str = "") -> str:
 def relief_words(relief: float) -> str:
     """Say by which factor a simulation with a cause is nearer to a file than the exact motion."""
     return (
-        f"A simulation with this agrees with the file {short_number(relief, 1)} times better than "
-        "the exact motion does"
+        f"A simulation with this cause agrees with the file {short_number(relief, 1)} times better "
+        "than the exact motion does"
     )
 
 
@@ -64,13 +64,13 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
     right = xx.right + zz.right
     if abs(xx.value + zz.value - right) < TOLERANCE * right:
         return (
-            f". The sum of both is right, as if the inertia of the {body}, or of a part of it, "
-            "were rotated"
+            f". The sum of Ixx and Izz is right, as if the inertia of the {body}, or of a part of "
+            "it, were rotated"
         )
     if all(x.value < x.right for axes, x in by_axes.items() if axes != "xz"):
         return (
-            f". All are too small, as if the inertias of the {body}'s parts were added without "
-            "moving them to the common centre"
+            f". All these inertias are too small, as if those of the {body}'s parts were added "
+            "without moving them to the common centre of mass"
         )
     return ""
 

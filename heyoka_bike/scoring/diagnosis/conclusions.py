@@ -39,9 +39,11 @@ _CHECK_FORCES = (
 )
 _CHECK_TERMS = "Check that the equations of your program have all terms"
 _ABOUT_STARTS = (
-    ". If the initial velocities violate rolling, the nearest ones that satisfy it are simulated "
-    "(nearest in kinetic energy)"
+    ". If such initial velocities violate the rolling constraints, the simulation starts with the "
+    "nearest velocities that satisfy them"
 )
+# Adjectives of the equations that are not named by one.
+_ADJECTIVES = {"speed": "forward"}
 # Errors below this fraction of a column's size are not mentioned, because six digits are right.
 _NEGLIGIBLE_ERROR = 1e-6
 # Fractions of a variable's range at which the message about a torque gives the torque.
@@ -90,21 +92,21 @@ class Explained(Evidence):
         if first.found and self.rest is None:
             said = f"{_COUNTS.get(len(first.found), 'these explain')} the error: {said}"
         said += inertia_words(first.found)
-        begins = ("" if self.rank == 1 else "or, less likely: ") + (
-            "" if self.rest is None else "looks like: "
-        )
+        begins = "" if self.rank == 1 else "a less likely cause: "
+        if self.rank == 1 and self.rest is not None:
+            begins = "the error looks like this: "
         text = f"{begins}{said}"
         text = f"{text[0].upper()}{text[1:]}. {self._proof()}. {self._advice()}"
         if self.rest is not None:
             text += f". {_rest_words(first, self.rest)}"
         if self.rivals:
             near = "; or ".join(mistakes_words(h.mistakes) for h in self.rivals)
-            text += f". Nearly as much is explained by: {near}"
+            text += f". Another cause explains nearly as much: {near}"
         if others:
             same = "; or ".join(
                 mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
             )
-            text += f". The file cannot distinguish this from: {same}"
+            text += f". The file does not distinguish this cause from: {same}"
         return text
 
     def _finding(self) -> Finding:
@@ -139,9 +141,9 @@ class Explained(Evidence):
         if self.acceleration is not None:
             where, share, factor = self.acceleration
             said += (
-                f". The {where} acceleration in the file differs from that of the exact equations "
-                f"by {share_words(share)}. Equations with this mistake reduce the difference by a "
-                f"factor of {short_number(factor, 1)}"
+                f". The {_ADJECTIVES.get(where, where)} acceleration in the file differs from the "
+                f"exact equations by {share_words(share)}. It differs "
+                f"{short_number(factor, 1)} times less from equations with this cause"
             )
         if self.rest is None and self.left:
             # An integrator seldom makes an error larger than this, because it would be visible in a
@@ -168,7 +170,7 @@ class Explained(Evidence):
                 f"But the first row has {' and '.join(self.as_given)} as given, and the motion "
                 "differs from the second row on. So look at the first step, not at the input"
             )
-        text = "Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
+        text = "Check " + ". Also check ".join(dict.fromkeys(m.check for m in first.mistakes))
         is_of_start = not first.found and any(
             m.kind == "start" and not m.code.startswith(MISPLACED) for m in first.mistakes
         )
@@ -199,8 +201,8 @@ class BesideCause(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.fault.message()}. This finding compares the file with the motion of the next "
-            "cause, not with the exact motion"
+            f"{self.fault.message()}. This finding compares the file with the motion of the cause "
+            "that follows, not with the exact motion"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -231,12 +233,12 @@ class LinearMotion(Evidence):
 
     def message(self) -> str:
         number, worst = self.rest
-        rest = "Nothing else is wrong"
+        rest = "No other error is visible"
         if self.left > _NEGLIGIBLE_ERROR:
             rest = (
                 f"An error remains, typically {short_number(100 * self.left)} % of the largest "
                 f"value of {worst} of maneuver {number} and less in roll and steer elsewhere. It "
-                "can be the integrator's: try a smaller step or tolerance"
+                "may come from the integrator: try a smaller step or tolerance"
             )
         if self.unknown:
             rest += (
@@ -244,10 +246,9 @@ class LinearMotion(Evidence):
                 "equations compute energies in several ways"
             )
         return (
-            "These are motions of the linearised equations at constant speed. Compared with "
-            "those, the typical error is smaller by a factor of "
-            f"{short_number(self.hypothesis.relief)}. The benchmark asks for the nonlinear "
-            f"equations. {rest}"
+            "These are motions of the linearised equations at constant speed. Their simulation "
+            f"agrees with the file {short_number(self.hypothesis.relief)} times better than the "
+            f"exact motion does. The benchmark asks for the nonlinear equations. {rest}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -349,14 +350,14 @@ class IntegratedBy(Evidence):
         h = self.hypothesis
         said = "The error is that of " if self.is_sure else "The nearest known method is "
         said += (
-            f"{names}. Compared with a run of this method, the error of the file is smaller by a "
-            f"factor of {short_number(h.relief, 1)}. "
+            f"{names}. A run of this method agrees with the file {short_number(h.relief, 1)} times "
+            "better than the exact motion does. "
         )
         if not self.is_sure:
             return said + (
-                "The rest may come from the coordinates of your program, on which the error of a "
-                "method depends. If a smaller step does not reduce the error, look for another "
-                "cause"
+                "The remaining error may come from the coordinates of your program, because the "
+                "error of a method depends on them. If a smaller step does not reduce the error, "
+                "look for another cause"
             )
         rest = "No other error is visible" if self.rest is None else _rest_words(h, self.rest)
         return f"{said}{rest}. Take a smaller step, or a method of higher order"
@@ -425,12 +426,13 @@ class LeftOfEquations(Evidence):
         if self.may_be_explicit:
             return f"{said}An integrator can cause this much; a wrong term would cause more"
         much = (
-            f"{short_number(self.above)} times the mismatch between the rates and the slopes of "
-            f"the angles; in right programs it is up to {_MAX_RATIO_OF_INTEGRATORS:g} times"
+            f"this error is {short_number(self.above)} times the mismatch between the rates and "
+            f"the slopes of the angles, and at most {_MAX_RATIO_OF_INTEGRATORS:g} times in right "
+            "programs"
         )
         if self.above <= _MAX_RATIO_OF_INTEGRATORS:
-            return f"{said}An integrator can cause this, but few do: it is {much}"
-        return f"{said}This is more than an integrator causes: it is {much}"
+            return f"{said}Few integrators cause this much: {much}"
+        return f"{said}No known integrator causes this much: {much}"
 
     def numbers(self) -> Mapping[str, Any]:
         return _residual(self)
@@ -505,7 +507,7 @@ class TorqueLaw(Evidence):
         where = "on the steer axis" if law.equation == "steer" else "that leans the bicycle"
         values = ", ".join(f"{of[x]:.3g} N m at {x:.2g} {unit}" for x in some)
         said = (
-            f"The program has a torque {where} too many, or lacks one. The torque depends on the "
+            f"The program applies an extra torque {where}, or lacks one. The torque depends on the "
             f"{law.variable} alone, as an odd function, for example {values}. It was fitted to one "
             "half of the run. In the other half, the equations with this torque fit the file "
             f"better by a factor of {short_number(law.relief)}"
@@ -557,7 +559,7 @@ class NoCauseFound(Evidence):
         size = f"{scale_words(self.max_rel_error, self.key)}, in maneuver {self.maneuver}"
         tried = f"{self.tried} mistakes and combinations were tried"
         if has_right_digits(self.max_rel_error):
-            said = f"The largest error is only {size}. It is none of the known mistakes: {tried}"
+            said = f"The largest error is only {size}. No known mistake explains it: {tried}"
         else:
             said = f"No known mistake explains the error: {tried}. The largest error is {size}"
         if self.are_equations_met:
@@ -585,9 +587,9 @@ class UnitsBeside(Evidence):
     def message(self) -> str:
         units = " and ".join(in_units(self.units))
         return (
-            f"That motion fits the file with other units: {units}. The score knows only the exact "
-            "motion, so it read other units, and its errors are too large. Name the units in the "
-            "headings, or with --columns (roll_angle_deg)"
+            f"The motion of this cause fits the file if {units}. The score compares only with the "
+            "exact motion, so it read other units and reports too large errors. Name the units in "
+            "the headings, or with --columns (roll_angle_deg)"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -626,7 +628,7 @@ class MostlyZeros(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return "Most columns contain only zeros"
+        return "Most columns contain only zeros. Fill in the values that your program computes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -638,8 +640,8 @@ class NothingToDiagnose(Evidence):
 
     def message(self) -> str:
         return (
-            "The diagnosis needs the benchmark's columns, and none of them has a value: "
-            f"{', '.join(BENCHMARK_COLUMNS)}"
+            "The diagnosis needs values of the benchmark's columns, and the file has none. The "
+            f"columns are {', '.join(BENCHMARK_COLUMNS)}"
         )
 
 
@@ -647,7 +649,8 @@ def _nearest_words(h: Hypothesis) -> str:
     """Name a cause that explains the residual of the equations only in part."""
     return (
         f"The nearest mistake is: {mistakes_words(h.mistakes)}. The file satisfies equations with "
-        f"it better than the exact ones, but only by a factor of {short_number(h.relief)}"
+        "this mistake better than the exact ones, but only by a factor of "
+        f"{short_number(h.relief)}"
     )
 
 
@@ -655,7 +658,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
     """Say where a hypothesis leaves an error, and its size."""
     number, key = rest
     return (
-        f"There is something else: {key} of maneuver {number} is still off, typically by "
+        f"Another error remains: {key} of maneuver {number} is still off, typically by "
         f"{scale_words(h.after[rest])}"
     )
 

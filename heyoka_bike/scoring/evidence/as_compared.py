@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.evidence.words import counted, time_beside
-from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.findings import Severity, maneuvers
 
 _NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
 
@@ -192,8 +192,8 @@ class OtherManeuver(Evidence):
     def message(self) -> str:
         return (
             f"The values given for maneuver {self.maneuver} are nearer to maneuver "
-            f"{self.nearest} (relative distance {self.distance:.2g} instead of "
-            f"{self.own_distance:.2g})"
+            f"{self.nearest}: they typically differ from it by {self.distance:.2g} of a column's "
+            f"largest value, instead of {self.own_distance:.2g}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -260,10 +260,11 @@ class RowsOutside(Evidence):
     def message(self) -> str:
         first, last = (time_beside(t, self.duration) for t in (self.t_first, self.t_last))
         question = f"; are the times in {self.may_be_in}?" if self.may_be_in else ""
-        rows = counted(self.rows, "row is", "rows are")
+        rows = counted(self.rows, "row")
+        rows += f" at {first} s is" if self.rows == 1 else f" from {first} to {last} s are"
         return (
-            f"{rows} left out, with times from {first} to {last} s: the reference covers 0 to "
-            f"{self.duration:g} s and is not extrapolated{question}"
+            f"{rows} left out: the reference covers 0 to {self.duration:g} s and is not "
+            f"extrapolated{question}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -282,10 +283,12 @@ class TooLarge(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        are = "is" if self.values == 1 else "are"
+        are = (
+            "is larger than 1e150 and was" if self.values == 1 else "are larger than 1e150 and were"
+        )
         return (
-            f"Maneuver {self.maneuver}: {counted(self.values, 'value')} of {self.key} {are} beyond "
-            "1e150 and left out"
+            f"Maneuver {self.maneuver}: {counted(self.values, 'value')} of {self.key} {are} left "
+            "out"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -330,11 +333,7 @@ class NeverFilled(Evidence):
             alike.setdefault((number, tuple(where)), []).append(key)
         said = []
         for (number, numbers), keys in alike.items():
-            of = (
-                f" of maneuver {', '.join(map(str, numbers))}"
-                if len(numbers) < self.maneuvers
-                else ""
-            )
+            of = f" of {maneuvers(numbers)}" if len(numbers) < self.maneuvers else ""
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
             said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
         is_one = len(self.columns) == 1

@@ -9,6 +9,7 @@ from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.scoring.evidence.base import Errors, Evidence, Odds
 from heyoka_bike.scoring.evidence.words import (
     KEYS_NAMED,
+    counted,
     errors_words,
     odds_words,
     open_words,
@@ -18,7 +19,7 @@ from heyoka_bike.scoring.evidence.words import (
 from heyoka_bike.scoring.findings import Severity, named
 
 DEFAULT_CONVENTIONS = (
-    "Default conventions: SI units, positive to the right, potential energy zero on the floor"
+    "Default conventions apply: SI units, positive to the right, potential energy zero on the floor"
 )
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
@@ -60,7 +61,7 @@ class WholeTurns(Evidence):
     def message(self) -> str:
         are = "is" if len(self.keys) == 1 else "are"
         return (
-            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn, which is not an error: "
+            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn. This is not an error: "
             "whole turns were added where the values jump"
         )
 
@@ -78,8 +79,8 @@ class ScalarLast(Evidence):
 
     def message(self) -> str:
         return (
-            f"The quaternion of the {self.end} frame has its scalar last (x, y, z, w), which is "
-            "not an error: it was read in this order"
+            f"The quaternion of the {self.end} frame has its scalar last (x, y, z, w). This is not "
+            "an error: the quaternion was read in this order"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -96,7 +97,7 @@ class PathTurned(Evidence):
 
     def message(self) -> str:
         return (
-            f"The path on the floor starts at a heading of {self.heading:.6g} rad, which is not an "
+            f"The path on the floor starts at a heading of {self.heading:.6g} rad. This is not an "
             "error: the positions were rotated to a heading of zero"
         )
 
@@ -244,7 +245,7 @@ class OtherZero(Convention):
     def message(self) -> str:
         errors = errors_words(self.errors)
         return (
-            f"{self.key} has another zero, {_off(self.key, self.offset)}: errors {errors} after "
+            f"{self.key} is shifted by {_off(self.key, self.offset)}: errors {errors} after "
             "this constant is subtracted"
         )
 
@@ -286,7 +287,7 @@ class SignContradiction(Evidence):
         if len(self.keys) == 2:
             one, other = self.keys
             return f"{one} and {other} have opposite signs: the sign of one of them is wrong"
-        said = f"{named(self.keys)} have signs that no axes give together: some signs are wrong"
+        said = f"No choice of axes gives these signs of {named(self.keys)}: some signs are wrong"
         return said + (", or the attitude is inverse" if "frame_" in self.keys[0] else "")
 
     def numbers(self) -> Mapping[str, Any]:
@@ -343,11 +344,16 @@ class DefinitionUnknown(Evidence):
         sure = ""
         if self.log10_odds < 0.0:
             sure = f" (odds {ratio_words(-self.log10_odds)})"
+        others = ""
+        if self.digits_of_others >= 1.0:
+            digits = floor(self.digits_of_others)
+            others = (
+                f", although the other columns have at least {counted(digits, 'correct digit')}"
+            )
         return (
-            f"{self.key} fits no known definition{sure}, although the other columns have "
-            f"{floor(self.digits_of_others)} correct digits or more. The nearest is "
-            f"{self.nearest}, with errors {errors_words(self.errors)}. Check which point and axis "
-            "the column is for, and how it is written"
+            f"{self.key} fits no known definition{sure}{others}. The nearest definition is "
+            f"{self.nearest}, with largest errors {errors_words(self.errors)} in the maneuvers. "
+            "Check to which point and axis the column refers, and how it is computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -384,8 +390,7 @@ def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
         keys = [key for key, x in zeros.items() if x == offset]
         which = named(keys, KEYS_NAMED)
         if keys[0] in FREE_ZERO:
-            verb = "starts" if len(keys) == 1 else "start"
-            yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
+            yield f"{which} {'is' if len(keys) == 1 else 'are'} shifted by {_off(keys[0], offset)}"
         else:
             where = "above" if offset < 0 else "below"
             yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"

@@ -28,10 +28,11 @@ class TimeShift(Evidence):
 
     def message(self) -> str:
         starts = f". The first row, at {self.shift:.6g} s, contains the initial state"
+        size = f"{abs(self.shift):.9g} s"
+        wrong, mended = ("late", "subtracted") if self.shift > 0 else ("early", "added")
         return (
-            f"All times are {abs(self.shift):.9g} s too {'late' if self.shift > 0 else 'early'}: "
-            f"after this is {'subtracted' if self.shift > 0 else 'added'}, the motion "
-            f"fits{starts if self.begins_at_start else ''}. The errors listed here are for the "
+            f"All times are {size} too {wrong}: with {size} {mended}, the motion "
+            f"fits{starts if self.begins_at_start else ''}. The errors in the report are for the "
             "times as written"
         )
 
@@ -128,10 +129,16 @@ class EnergyHidesError(Evidence):
     def message(self) -> str:
         worst = self.max_rel_error
         part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
+        if len(self.maneuvers) == 1:
+            which, wrong = "passes", f"{self.key} is wrong"
+        else:
+            which, wrong = (
+                "pass",
+                f"other columns are wrong: {self.key} of maneuver {self.maneuver}",
+            )
         return (
-            f"{maneuvers(self.maneuvers).capitalize()}: the energy is within the limit of eq. (1), "
-            f"but {self.key} is wrong by up to {part} % of its largest value. The energy alone "
-            "does not show this error"
+            f"{maneuvers(self.maneuvers).capitalize()} {which} eq. (1), which checks only that the "
+            f"energy in the file is constant. But {wrong} by up to {part} % of its largest value"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -197,7 +204,7 @@ class RateContradiction(Evidence):
         return (
             f"{maneuvers(self.maneuvers).capitalize()}: {self.key} is not the derivative of its "
             f"own angle: the root mean square of their difference is {self.rms_difference:.2g} "
-            "rad/s. The angle is closer to the exact motion"
+            "rad/s. The angle is closer to the exact motion, so check the rate"
         )
 
     def numbers(self) -> Mapping[str, Any]:

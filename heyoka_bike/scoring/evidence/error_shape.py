@@ -19,10 +19,10 @@ class TooFar(Evidence):
 
     def message(self) -> str:
         return (
-            "Half of the columns or more are off by half of their largest value or more, too much "
-            "for a diagnosis. "
+            "At least half of the columns are off by at least half of their largest value, which "
+            "is too much for a diagnosis. "
             "Check the first rows, and that the columns are the benchmark's, in its order and "
-            "units. Try a short run"
+            "units. Try a shorter run"
         )
 
 
@@ -364,9 +364,9 @@ class EnergyKept(Evidence):
     def message(self) -> str:
         most = max(self.exchanged.values())
         return (
-            f"The mechanical energy is constant to {self.left:.2g} J, while its parts are off by "
-            f"up to {most:.2g} J. So the cause is not a damper, drag, friction or a drive, which "
-            "would change it"
+            f"The mechanical energy is constant to {self.left:.2g} J, while the potential and the "
+            f"kinetic energy are off by up to {most:.2g} J. So the cause is not a damper, drag, "
+            "friction or a drive, which would change the mechanical energy"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -394,9 +394,9 @@ class RoughError(Evidence):
     def message(self) -> str:
         whose = "The error" if self.are_all else f"A part of the error of {named(self.places)}"
         return (
-            f"{whose} jumps from row to row like noise, far above the digits written. The step "
-            "size is not the cause: look for single-precision numbers, random terms, or a loose "
-            "tolerance of iterations"
+            f"{whose} jumps from row to row like noise, and is far larger than the rounding of the "
+            "values. The step size is not the cause: look for single-precision numbers, random "
+            "terms, or a loose tolerance of iterations"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -413,9 +413,9 @@ class StepRinging(Evidence):
 
     def message(self) -> str:
         return (
-            "The velocities alternate from row to row, as with the trapezoidal rule if nothing "
-            "damps the highest frequency. Start with consistent accelerations, or add a little "
-            "numerical damping"
+            "The velocities alternate up and down from row to row, as with the trapezoidal rule if "
+            "nothing damps the highest frequency. Start with consistent accelerations, or add a "
+            "little numerical damping"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -451,7 +451,7 @@ class SinglePrecisionBeside(Evidence):
 
     def message(self) -> str:
         said = self.single.message()
-        return f"{said}. But the error is far larger: look for another cause first"
+        return f"{said}. But the error is far larger than this: look for another cause first"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.single.keys)}

@@ -36,8 +36,8 @@ class CoarseGrid(Evidence):
     def message(self) -> str:
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of "
-            f"{self.step:.6g} (SI), far coarser than the digits written. It may come from an "
-            "encoder, a table or rounding. Smaller errors are not judged"
+            f"{self.step:.6g} (SI), far coarser than the digits written. Such a step comes from an "
+            "encoder, a table or rounding. Errors below it are not judged"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -245,9 +245,10 @@ class OtherClock(Evidence):
             in_rows = ""
             if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
                 in_rows = " (one row)" if abs(rows) == 1 else f" ({abs(rows):g} rows)"
-            when = f"each row belongs {abs(self.shift):.6g} s{in_rows} {way}"
+            when = f"each row belongs to a time {abs(self.shift):.6g} s{in_rows} {way}"
         else:
-            more = f", {self.shift:+.3g} s" if self.shift else ""
+            sign = "minus" if self.shift < 0.0 else "plus"
+            more = f" {sign} {abs(self.shift):.3g} s" if self.shift else ""
             when = f"the correct times are {self.scale:.7g} times those written{more}"
         rows_of, times_of = "The rows", "the times"
         if self.keys:
@@ -332,7 +333,8 @@ class ColumnRatio(Evidence):
         if abs(self.factor + 1.0) < RIGHT and not self.offset:
             return f"{where} has the opposite sign. Check how this column is computed and written"
         times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
-        more = "" if not self.offset else f" {'+-'[self.offset < 0]} {abs(self.offset):.6g} (SI)"
+        sign = "minus" if self.offset < 0 else "plus"
+        more = f" {sign} {abs(self.offset):.6g} (SI)" if self.offset else ""
         unit = f", as if in {unit_text(self.unit)}" if self.unit else ""
         return (
             f"{where} is {times}the exact value{more}{unit}. "
@@ -462,14 +464,14 @@ class ClippedColumn(Evidence):
     def message(self) -> str:
         at = " and ".join(f"{x:.6g}" for x in (self.low, self.high) if x is not None)
         where_else = (
-            "where the exact values go beyond; its other values are right. Remove the limit"
+            " where the exact values go further. All its other values are right. Remove the limit"
             if self.is_right_within
             else (
-                "clipped in the output or held by a stop in the model. The other columns are "
-                "diagnosed without it"
+                ", clipped in the output or held by a stop in the model. The other columns are "
+                "diagnosed without this one"
             )
         )
-        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at} (SI), {where_else}"
+        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at} (SI){where_else}"
 
     def numbers(self) -> Mapping[str, Any]:
         where = {"column": self.key, "maneuvers": list(self.maneuvers)}
@@ -501,8 +503,8 @@ class EnergyOfOtherMotion(Evidence):
         return (
             f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. It "
             "differs from the energy computed from the file's angles, rates and speed by up to "
-            f"{self.off:.2g} J, far more than the errors of these columns explain. Check how it is "
-            f"computed, and with which masses, {other}"
+            f"{self.off:.2g} J, far more than the errors of these columns explain. Check how this "
+            f"energy is computed, and with which masses, {other}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -645,8 +647,8 @@ class RowsBetween(Evidence):
                 "the rows between were interpolated, or belong to other times. Write the "
                 "integrator's own steps, or its dense output"
             )
-        what = "are on straight lines between other rows" if self.order else "repeat the row before"
-        where = named(self.keys) if self.keys else "most of its angles and rates"
+        what = "lie on straight lines between other rows" if self.order else "repeat the row before"
+        where = named(self.keys) if self.keys else "most angles and rates"
         return (
             f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
             f"in {where}. They were {'interpolated' if self.order else 'held'}, not computed. "
@@ -698,22 +700,26 @@ class Departs(Evidence):
 
     def message(self) -> str:
         if self.t_back is not None:
-            what = f"to {self.t_back:.6g} s. All later rows are right: look only at these rows"
+            what = (
+                f", and the rows until {self.t_back:.6g} s are wrong. All later rows are right: "
+                "look only at the wrong ones"
+            )
         elif self.shift is not None:
             why = "skipped" if self.shift > 0.0 else "made twice"
             what = (
-                f"on: there it is the exact motion {_later(self.shift)}. Rows or steps were {why}"
+                f". From there on, the rows are the exact motion {_later(self.shift)}: rows or "
+                f"steps were {why}"
             )
         else:
             what = (
-                "on. Look at what happens there: a mistake in the model or the initial conditions "
+                ". Look at what happens there: a mistake in the model or the initial conditions "
                 "would show from the first rows on"
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         return (
-            f"Maneuver {self.maneuver}{by} is right to {self.before:.1g} of the columns' largest "
-            f"values until {self.t_right:.6g} s, but off by {self.after:.2g} of them from "
-            f"{self.time:.6g} s {what}"
+            f"Maneuver {self.maneuver}{by} is right until {self.t_right:.6g} s (errors up to "
+            f"{self.before:.1g} of a column's largest value). At {self.time:.6g} s the error is "
+            f"{self.after:.2g}{what}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -791,9 +797,9 @@ class OtherTimes(Evidence):
                 "Check whether rows are skipped, or old values written again"
             )
         return (
-            f"Each row is the exact motion, but {when} than its written time. Check how the times "
-            "are written, whether a row is saved before or after the step, and whether at the "
-            "requested time or at the nearest step"
+            f"Each row is the exact motion at another time, {when} than the time written. Check "
+            "how the times are written, and whether rows are saved before or after a step, and at "
+            "the requested times or at the nearest steps"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -863,7 +869,7 @@ class AnotherStart(Evidence):
         )
         if self.told:
             said += (
-                f". The ratio is {self.found / self.given:.6g}, as if it were in "
+                f". The ratio is {self.found / self.given:.6g}, as if the value were in "
                 f"{unit_text(self.told)}"
             )
         return said
@@ -924,8 +930,8 @@ class ColumnsApart(Evidence):
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
         return (
             f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
-            f"{self.error_of_others:.1g} of their largest values, so integrator and equations are "
-            f"correct. Check how {these} computed and written"
+            f"{self.error_of_others:.1g} of their largest values, so the integrator and the "
+            f"equations are correct. Check how {these} computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -976,7 +982,7 @@ class ColumnBeside(Evidence):
                 f"is wrong by up to {self.max_rel_error:.2g} of its largest value, {alone}. "
                 f"Neither a factor nor an offset explains it. {advice}"
             )
-        where = f"{self.key} of maneuver {', '.join(map(str, self.maneuvers))}"
+        where = f"{self.key} of {maneuvers(self.maneuvers)}"
         return warning(
             "column_beside",
             f"{where} {said}",

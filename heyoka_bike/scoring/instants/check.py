@@ -298,7 +298,7 @@ def check(
     )
     if not any(level.columns for level in levels):
         raise NothingScoredError(
-            f"{table.path}: found no quantity beside the states, expected one such as pitch"
+            f"{table.path}: found only states, expected also a quantity to check, such as pitch"
         )
     found = CheckedTable(
         table.path, chosen.name, table.rows, table.numbers is None, tolerance, levels,
@@ -332,8 +332,8 @@ def _of_own(bicycle: Bicycle, table: InstantTable) -> dict[str, Array]:
         raise table.error(
             i,
             f"found a state off the floor: at roll {given['roll_angle'][i]:.6g} rad and steer "
-            f"{given['steer_angle'][i]:.6g} rad no pitch is found that puts both wheels on it, the "
-            f"front wheel stays {expected['height'][i]:.3g} m above",
+            f"{given['steer_angle'][i]:.6g} rad, no pitch puts both wheels on the floor. The front "
+            f"wheel stays {expected['height'][i]:.3g} m above it",
         )
     return expected
 
@@ -349,8 +349,8 @@ def _refuse_others(table: InstantTable, expected: Mapping[str, Array], tolerance
                 raise table.error(
                     i,
                     f"found {key} {found:.15g} {UNITS[key]} in state {table.numbers[i]}, expected "
-                    f"{right:.15g}: off by {found - right:.3g}; without a column state the states "
-                    "are your own",
+                    f"{right:.15g}: off by {found - right:.3g}; to check states of your own, leave "
+                    "out the column state",
                 )
 
 

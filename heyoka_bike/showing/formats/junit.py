@@ -75,7 +75,7 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
     if report.requirements:
         return
     for m in report.maneuvers:
-        part = "" if m.coverage >= MIN_COVERAGE else f"{PHRASES['in_part']}: {percent(m.coverage)}"
+        part = "" if m.coverage >= MIN_COVERAGE else f"{PHRASES['in_part']} ({percent(m.coverage)})"
         graded = {c.key: c.grade for c in m.columns}
         for key in dict.fromkeys([*graded, *BENCHMARK_COLUMNS]):
             grade = graded.get(key, Grade.UNKNOWN)

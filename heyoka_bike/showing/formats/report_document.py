@@ -464,7 +464,7 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
         printable(c.as_written.definition),
     )
     if not c.is_known:
-        said.append("the nearest, but its definition is unknown")
+        said.append("the nearest one, but the definition is unknown")
     elif not column_text.is_default(c) and default not in others.split():
         said.append(f"not the default {default}")
     if others:

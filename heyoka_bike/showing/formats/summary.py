@@ -9,7 +9,7 @@ import shlex
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DERIVATIVES
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence.as_compared import NeverFilled
 from heyoka_bike.scoring.evidence.column_meaning import (
@@ -120,7 +120,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
             shown.append(said)
             room -= lines
     left = len(told) - len(shown)
-    more = [f"{counted(left, 'more remark')} with --details"] if left else []
+    more = [f"--details shows {counted(left, 'more finding')}"] if left else []
     return "\n".join([head, *shown, *more, *stops])
 
 
@@ -199,16 +199,17 @@ def _next(report: Report, in_python: bool) -> str:
         return f"check {meant} {named(own)} refers to; if it is the usual one, run {command}"
     if found in (Grade.WRONG, Grade.CLOSE):
         said = _call(report) if in_python else _command("diagnose", report)
-        more = ", or try a smaller step" if found == Grade.CLOSE else ""
+        is_step = found == Grade.CLOSE and _may_be_the_step(report)
+        more = ", or try a smaller step" if is_step else ""
         return f"run {said} to find the cause{more}"
     if report.not_compared:
-        return "name each column by its quantity, and write only computed columns"
+        return "name each column by its quantity, and leave out columns that are not computed"
     if missing := _missing(report):
         return f"write the missing columns too: {named(missing)}"
     if not report.is_whole:
         return "write rows over the whole run, dense enough to resolve the motion"
     if found == Grade.UNTOLD:
-        return "write 17 digits, to show the accuracy of the program"
+        return "write the values unrounded, with 17 digits, to show the accuracy of the program"
     shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
     digits = math.floor(min(filter(None, shown), default=6.0))
     covered = min(m.coverage for m in report.maneuvers)
@@ -218,6 +219,20 @@ def _next(report: Report, in_python: bool) -> str:
         return f"to test this automatically, add require={json.dumps(least)}"
     options = " ".join(f"--require {shlex.quote(x)}" for x in least)
     return f"to test this automatically, add {options}"
+
+
+def _may_be_the_step(report: Report) -> bool:
+    """True if an angle is not right and neither is its rate, as after too large steps.
+
+    A wrong energy, or an angle beside a right rate, does not come from the step.
+    """
+    for m in report.maneuvers:
+        grades = {c.key: c.grade for c in m.compared}
+        for (rate, _), (angle, _) in DERIVATIVES.items():
+            found = [grades[key] for key in (angle, rate) if key in grades]
+            if found and all(g in (Grade.WRONG, Grade.CLOSE) for g in found):
+                return True
+    return False
 
 
 def _missing(report: Report) -> list[str]:

@@ -8,7 +8,7 @@ from heyoka_bike.scoring.report import Report
 
 WORDS = {
     Grade.RIGHT: "right",
-    Grade.UNTOLD: "undecided at the digits written",
+    Grade.UNTOLD: "undecided because of rounding",
     Grade.CLOSE: "close",
     Grade.WRONG: "wrong",
 }
@@ -19,7 +19,7 @@ ASCII_SIGNS = {Grade.RIGHT: "+", Grade.UNTOLD: "?", Grade.CLOSE: "o", Grade.WRON
 
 MEANINGS = {
     Grade.RIGHT: f"right: {RIGHT_DIGITS:g} correct digits or more",
-    Grade.UNTOLD: "undecided at the digits written, which allow no more",
+    Grade.UNTOLD: "undecided because of rounding: the values show no more digits",
     Grade.CLOSE: f"close: {CLOSE_DIGITS:g} to {RIGHT_DIGITS:g} digits",
     Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, off by more than a thousandth of the "
     "column's largest value",

@@ -3,7 +3,7 @@
 from math import inf
 
 from heyoka_bike.scoring.evidence.words import counted
-from heyoka_bike.scoring.findings import named
+from heyoka_bike.scoring.findings import maneuvers, named
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
     InPart,
@@ -28,33 +28,34 @@ def outcome(found: Outcome) -> str:
             value = "never" if found.value == inf else f"{found.value:.3g}"
             where = f"maneuver {found.maneuver}"
             where += f", {found.key}" if found.key else ""
-            return f"{value} ({where}{', at the digits written' if found.is_by_digits else ''})"
+            where += ", limited by the rounding of the values" if found.is_by_digits else ""
+            return f"{value} ({where})"
         case NoSuchManeuver():
-            return f"maneuver {found.maneuver} is not in the file"
+            return f"no maneuver {found.maneuver} in the file"
         case NoSuchColumn():
             where = "file" if found.has_reference else "reference"
-            return f"{found.key or 'no column'} is not in the {where}"
+            return f"no {found.key or 'column'} in the {where}"
         case LeftOut():
-            return f"{named([x.name for x in found.columns])}: in the file, and not compared"
+            return f"columns that were not compared: {named([x.name for x in found.columns])}"
         case NeverFilledIn():
-            numbers = dict.fromkeys(str(x.maneuver) for x in found.columns)
+            numbers = dict.fromkeys(x.maneuver for x in found.columns if x.maneuver is not None)
             keys = dict.fromkeys(str(x.key) for x in found.columns)
-            return f"maneuver {', '.join(numbers)}, {', '.join(keys)}: never filled in"
+            where = f" in {maneuvers(list(numbers))}" if numbers else ""
+            return f"columns that were never filled in: {', '.join(keys)}{where}"
         case ValuesMissing():
             where = f"maneuver {found.maneuver}, {found.key}"
-            are = "is" if found.missing == 1 else "are"
-            return f"{where}: {found.missing} of {counted(found.values, 'value')} {are} not finite"
+            return f"{found.missing} of {counted(found.values, 'value')} not finite ({where})"
         case SignContradicted():
-            return f"maneuver {found.maneuver}, {found.contradiction.message()}"
+            return f"a contradiction in maneuver {found.maneuver}: {found.contradiction.message()}"
         case InPart():
             return in_part(found)
         case NothingCompared():
             where = f"maneuver {found.maneuver}, {found.key}"
-            return f"{where}: {found.metric} is not defined, nothing could be compared"
+            return f"no {found.metric}, because nothing could be compared ({where})"
         case EnergyDoesNotCount(reason=DoesNotCount.NO_ENERGY):
-            return f"maneuver {found.maneuver} has no mechanical energy to judge"
+            return f"no mechanical energy in maneuver {found.maneuver}"
         case EnergyDoesNotCount():
-            return f"maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
+            return f"no valid eq. (1) in maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
 
 
 def in_part(found: InPart) -> str:
@@ -62,6 +63,6 @@ def in_part(found: InPart) -> str:
     covered = None if found.coverage is None else f"{100 * found.coverage:g} % of the run"
     columns = None if found.columns is None else f"{found.columns} of {ALL_COLUMNS} columns"
     what = " and ".join(filter(None, (columns, covered)))
-    where = f"maneuver {', '.join(map(str, found.maneuvers))}"
+    where = maneuvers(found.maneuvers)
     options = " ".join(f"--require '{text}'" for text in found.enough)
     return f"only {what} compared ({where}); if that is intended, add {options}"

@@ -24,16 +24,16 @@ _MOST_LEFT_OUT = 4
 
 PHRASES = {
     "nothing": "nothing could be compared",
-    "in_part": ", as far as it goes",
+    "in_part": ", but compared only in part",
     "of_all": "of",
     "columns": "columns",
-    "worst": "worst column",
-    "no_digit": "worst column without a correct digit",
+    "worst": "the worst column has",
+    "no_digit": "the worst column has no correct digit",
     "correct_digits": "correct digits",
     "maneuver": "maneuver",
     "bad_time": "cannot be judged: a time is not finite",
-    "signs_of": ", for the signs of ",
-    "contradict": " contradict each other; apart from that",
+    "signs_of": ", because the signs of ",
+    "contradict": " contradict each other; apart from the signs",
     "own_definition": " has a definition of its own, or the file is ",
     "own_definitions": " have definitions of their own, or the file is ",
 }
@@ -44,7 +44,7 @@ DOES_NOT_COUNT = {
     DoesNotCount.NOT_TRUE: "the energy is not the exact one, and the file's potential and kinetic "
     "energies do not confirm it",
     DoesNotCount.ANOTHER_START: "the energy does not begin with the exact value",
-    DoesNotCount.FEW_DIGITS: "the energy has too few digits to decide it",
+    DoesNotCount.FEW_DIGITS: "the energy is written with too few digits to be judged",
 }
 """Reasons why the result of eq. (1) does not count."""
 
@@ -77,11 +77,11 @@ def worst_words(report: Report) -> str:
     c = report[found.maneuver][found.column]
     where = f"{PHRASES['maneuver']} {found.maneuver} {printable(c.key)}"
     if found.scd >= MOST_DIGITS:
-        return "no error in any column"
+        return "no column has an error"
     if found.scd < 0:
         wrong = f"{readable(c.max_rel_error)} times its largest value"
         return f"{PHRASES['no_digit']} ({where}, wrong by {wrong})"
-    limit = ", limited by the digits written" if c.is_at_floor() else ""
+    limit = ", limited by the rounding of the values" if c.is_at_floor() else ""
     said = f"{PHRASES['worst']} {digits_text(found.scd)} {PHRASES['correct_digits']}"
     return f"{said} ({where}{limit})"
 
@@ -94,15 +94,16 @@ def caveats(report: Report) -> list[str]:
         parts = {percent(m.coverage) for m in report.maneuvers}
         is_of_all = len(parts) == 1 and len(report.maneuvers) > 1
         which = "each maneuver" if is_of_all else f"maneuver {least.maneuver}"
-        covered = f"covers {percent(least.coverage)} of {which}"
+        covered = f"the file covers {percent(least.coverage)} of {which}"
     for x in report.seen:
         if isinstance(x, SensesOpposed):
-            signs = "roll and steer have opposite senses, see the warning"
+            signs = "roll and steer are positive to opposite sides, see the warning"
         elif isinstance(x, NotCompared):
             left_out += [column.name for column in x.columns]
     # Skip columns without a name, such as an index, because no reader will miss them.
     names = [shortened(name) for name in dict.fromkeys(left_out) if name.strip(" \"'")]
-    lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
+    are = "is" if len(names) == 1 else "are"
+    lost = f"{named(names, _MOST_LEFT_OUT)} {are} not compared" if names else ""
     return [said for said in (covered, lost, signs) if said]
 
 
@@ -154,7 +155,7 @@ def graded(report: Report) -> str:
     if own:
         what = PHRASES["own_definition" if len(own) == 1 else "own_definitions"]
         word = f"{named(own)}{what}{word}"
-    return f"{word}, {worst}" if word else worst
+    return f"{word}{',' if odd else ';'} {worst}" if word else worst
 
 
 def own_definitions(report: Report) -> list[str]:
@@ -209,15 +210,23 @@ def performance_remark(report: Report) -> str:
     ]
     if not said:
         return ""
-    found = f"eq. (1), the benchmark's own measure, is {', and '.join(said)}"
+    found = (
+        f"eq. (1), the benchmark's measure of how much the energy varies, is {', and '.join(said)}"
+    )
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
-    if any(m.meets_limit is False for m in report.maneuvers):
+    if any(_has_varying_energy(m) for m in report.maneuvers):
         return f"{found}. The energy in the file is not constant"
     return (
-        f"{found}. Eq. (1) checks only whether the file's own energy stays constant. Angles, rates "
-        "and speed may still be wrong"
+        f"{found}. Eq. (1) checks only whether the file's own energy stays constant, not whether "
+        "the angles, rates and speed are right"
     )
+
+
+def _has_varying_energy(m: ManeuverScore) -> bool:
+    """True if eq. (1) exceeds its limit, whether or not it counts."""
+    limit = m.performance_limit
+    return limit is not None and m.performance is not None and m.performance > limit
 
 
 def _has(seen: Sequence[Evidence], kind: type[Evidence]) -> bool:
@@ -250,9 +259,9 @@ def judgement(report: Report) -> str:
     if not word or found == Grade.WRONG or report.is_whole:
         return word
     if not any(m.part.time.any() for m in report.maneuvers):
-        return f"only the start is there, which the benchmark gives: {word}"
+        return f"only the start of the motion, which the benchmark gives, is {word}"
     fewest = columns_words(report)
-    return f"{word}{PHRASES['in_part']}{f': {fewest}' if fewest else ''}"
+    return f"{word}{PHRASES['in_part']}{f' ({fewest})' if fewest else ''}"
 
 
 def columns_words(report: Report) -> str:

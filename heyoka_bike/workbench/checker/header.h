@@ -1314,7 +1314,7 @@ BICYCLE_API size_t ub_put_part(const bicycle_check *c, char *text, size_t size, 
                 fewest = m;
             differ |= ub_count_columns(c, m) != c->columns;
         }
-    at = ub_put(text, size, at, ": ");
+    at = ub_put(text, size, at, " (");
     at = ub_put_number(text, size, at, c->columns);
     at = ub_put(text, size, at, " " UB_OF_ALL " ");
     at = ub_put_number(text, size, at, BICYCLE_KEYS);
@@ -1323,7 +1323,7 @@ BICYCLE_API size_t ub_put_part(const bicycle_check *c, char *text, size_t size, 
         at = ub_put(text, size, at, " in " UB_MANEUVER " ");
         at = ub_put_number(text, size, at, fewest + 1);
     }
-    return at;
+    return ub_put(text, size, at, ")");
 }
 
 /* The verdict as one line for a test's log, at most size - 1 letters and a zero. */
@@ -1369,16 +1369,17 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
         ub_put_marked(text, size, &at, odd);
         at = ub_put(text, size, at, UB_CONTRADICT);
     }
+    at = ub_put(text, size, at, has_odd ? ", " : "; ");
     digits = c->result[maneuver - 1][column].digits;
     if (digits < 0)
-        at = ub_put(text, size, at, ", " UB_NO_DIGIT " (");
+        at = ub_put(text, size, at, UB_NO_DIGIT " (");
     else {
         n = (int)floor(10 * digits + 0.5);
         /* Do not round up to the limit of a better grade. */
         if ((digits < BICYCLE_CLOSE_DIGITS && n >= 10 * BICYCLE_CLOSE_DIGITS) ||
             (digits < BICYCLE_RIGHT_DIGITS && n >= 10 * BICYCLE_RIGHT_DIGITS))
             n = (int)floor(10 * digits);
-        at = ub_put(text, size, at, ", " UB_WORST " ");
+        at = ub_put(text, size, at, UB_WORST " ");
         at = ub_put_number(text, size, at, n / 10);
         at = ub_put(text, size, at, ".");
         at = ub_put_number(text, size, at, n % 10);

@@ -51,13 +51,14 @@ def checker_header(reference: Reference) -> bytes:
     columns += [c for key in BENCHMARK_COLUMNS for c in keys[key][1:]]
     names = [c.name for c in columns]
     kept = {n: _kept(reference[n]) for n in reference}
-    content = "the exact motion, and how many digits of yours are right"
+    content = "the exact motion, and how many digits of your results are right"
     use = (
         "C99, or C++11 and later, and libm. bicycle_evaluate gives the exact motion; "
         "bicycle_begin, bicycle_give and bicycle_judge, or bicycle_check_table alone, judge your "
-        "columns; bicycle_line says it in one line. Nothing is allocated, 150 kB of stack are "
-        "used. It does less than heyoka-bike score: it reads no files, knows no units but those "
-        "below, looks for no mistake, does not judge eq. (1), and counts no more than 14 digits."
+        "columns; bicycle_line returns the verdict in one line. Nothing is allocated, 150 kB of "
+        "stack are used. It does less than heyoka-bike score: it reads no files, knows no units "
+        "but those below, looks for no mistake, does not judge eq. (1), and counts no more than 14 "
+        "digits."
     )
     lines = about(Selection(reference, tuple(reference), tuple(columns)), content, use)
     fields = {

@@ -14,8 +14,8 @@ function recognised(file) {
   if (!near.size) return { maneuver: MANEUVERS[0], rivals: [] };
   const [maneuver, ...others] = [...near.keys()].sort((a, b) => far.get(a) - far.get(b));
   if (apart(maneuver) >= RULES.farthest) {
-    const distances = [...near.keys()].map((n) => `${n}: ${apart(n).toPrecision(2)}`).join(", ");
-    throw new NoManeuver(`${file.name}: found columns that fit no maneuver clearly (relative distances ${distances}), expected those of one: choose the maneuver below`);
+    const distances = [...near.keys()].map((n) => `${apart(n).toPrecision(2)} from maneuver ${n}`).join(", ");
+    throw new NoManeuver(`${file.name}: found columns far from every maneuver (they typically differ by ${distances}, relative to the largest values), expected those of one: choose the maneuver below`);
   }
   return { maneuver, rivals: others.filter((n) => !isExcluded(near.get(maneuver), near.get(n), maneuver, n)) };
 }

@@ -84,8 +84,8 @@ def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
     )
 
 
-_SAME_AXES = "the same for all bodies: the benchmark gives matrix elements"
-_ABOUT = "the point that your program takes inertias about"
+_SAME_AXES = "the benchmark gives the matrix elements of all bodies"
+_ABOUT = "the point about which your program takes inertias"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
 _WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"
 _WHICH = "which wheel is the rear one"
@@ -104,7 +104,7 @@ def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
     inertia = f"the inertia of the {name}"
     return (
         _model(f"sign_I{body}xz", f"I_{body}xz of the {name} has the opposite sign",
-               f"the sign convention of products of inertia, {_SAME_AXES}", _negate(f"I{body}xz")),
+               f"the sign convention of products of inertia: {_SAME_AXES}", _negate(f"I{body}xz")),
         _model(f"no_I{body}xz", f"I_{body}xz of the {name} is missing", _OFF_DIAGONAL,
                _zero(f"I{body}xz")),
         *(_model(f"inertia_{body}_about_{place}", f"{inertia} is taken about the {point}", _ABOUT,

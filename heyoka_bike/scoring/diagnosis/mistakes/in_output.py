@@ -170,29 +170,29 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     *(output_mistake(f"{which}_differences", f"the rates are {which} differences of the angles",
                      "where the rates come from", _differences(which))
       for which in ("forward", "backward", "central")),
-    *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _MOMENT,
+    *(output_mistake(f"rates_{code}", f"the rates are taken {says} the angles", _MOMENT,
                      _rates_shifted(-rows))
       for rows, (code, says) in ROWS_LATE.items()),
-    output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
+    output_mistake("energy_without_spin", "the kinetic energy leaves out the wheels' spin about "
                    "their axles", _SUMMED, _energies(without="spin_energy")),
-    *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy is without the {name} "
+    *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy leaves out the {name} "
                      "wheel's spin about its axle", _SUMMED,
                      _energies(without=f"spin_energy_{wheel}"))
       for wheel, name in (("R", "rear"), ("F", "front"))),
-    output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
+    output_mistake("energy_without_rotation", "the kinetic energy leaves out all rotation",
                    _SUMMED, _energies(without="rotation_energy")),
-    output_mistake("energy_without_rotation_of_wheels", "the kinetic energy is without that of the "
+    output_mistake("energy_without_rotation_of_wheels", "the kinetic energy leaves out the "
                    "wheels' rotation", _SUMMED, _energies(without="rotation_energy_of_wheels")),
-    *(output_mistake(f"energy_without_rotation_of_{body}", "the kinetic energy is without that of "
-                     f"the rotation of the {name}", _SUMMED,
+    *(output_mistake(f"energy_without_rotation_of_{body}", "the kinetic energy leaves out the "
+                     f"rotation of the {name}", _SUMMED,
                      _energies(without=f"rotation_energy_of_{body}"))
       for body, name in _BODIES.items()),
-    *(output_mistake(f"{kind}_energy_without_{body}", f"the {kind} energy is without that of the "
+    *(output_mistake(f"{kind}_energy_without_{body}", f"the {kind} energy leaves out the "
                      f"{name}", _SUMMED,
                      _energies(without=f"kinetic_energy_of_{body}" if kind == "kinetic" else "",
                                below=f"potential_energy_of_{body}" if kind == "potential" else ""))
       for kind in ("kinetic", "potential") for body, name in _BODIES.items()),
-    *(output_mistake(f"energies_without_{body}", f"the energies are without those of the {name}",
+    *(output_mistake(f"energies_without_{body}", f"the energies leave out the {name}",
                      _SUMMED, _energies(without=f"kinetic_energy_of_{body}",
                                         below=f"potential_energy_of_{body}"))
       for body, name in _BODIES.items()),
@@ -201,9 +201,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     output_mistake("potential_sign", "the potential energy falls with the height", _SUMMED,
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
-                   "one", _SUMMED, lambda c, _: _difference(c, 1)),
+                   "energy", _SUMMED, lambda c, _: _difference(c, 1)),
     output_mistake("energy_difference_reversed", "the mechanical energy is the potential minus the "
-                   "kinetic one", _SUMMED, lambda c, _: _difference(c, -1)),
+                   "kinetic energy", _SUMMED, lambda c, _: _difference(c, -1)),
     output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
                    "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "

@@ -12,7 +12,7 @@ LINEARISED_CODE = "linearised"
 LINEARISED = Mistake(
     LINEARISED_CODE,
     "the equations are linearised about the upright straight motion, at constant speed",
-    "nothing if that is what you want: the benchmark asks for the nonlinear equations",
+    "the equations of your program: the benchmark asks for the nonlinear ones",
     "model",
     lambda p: p.moving(linear=Terms()),
 )

@@ -72,7 +72,7 @@ def columns_in_another_order(
 
     return output_mistake(
         "columns_" + "_".join(f"{fit.column.key}_as_{key}" for key, fit in moved.items()),
-        ", ".join(
+        ", and ".join(
             f"the {fit.column.long_name} is in the place of the {DEFINITIONS[key][0].long_name}"
             for key, fit in moved.items()
         ),

@@ -58,7 +58,7 @@ def as_array(x: Any, request: Request) -> Any:
         # Every part of a NumPy matrix is a matrix itself, so convert it to an ordinary array.
         array: NDArray[Any] = np.asarray(x) if isinstance(x, np.matrix) else np.asanyarray(x)
     except (ValueError, TypeError, OverflowError):
-        said = f"found a {type(x).__name__} that is no array, expected real numbers"
+        said = f"found a {type(x).__name__} that is not an array, expected real numbers"
         raise request.error(said) from None
     # A list of words may contain decimals. As Python objects, the words are converted one by one,
     # and an error can name the first that is not a number.

@@ -67,8 +67,8 @@ def tables(source: Any, request: Request) -> list[ReadTable]:
     if (members := by_name(source)) is None:
         if isinstance(source, list | tuple) and any(by_name(x) is not None for x in source):
             raise InputError(
-                f"found a list of {type(source[0]).__name__}, expected them by number, such as "
-                "{1: ..., 2: ...}"
+                f"found a list of {type(source[0]).__name__}, expected maneuvers by number, such "
+                "as {1: ..., 2: ...}"
             )
         array = as_array(source, request)
         if array.dtype.kind == "O" and not array.shape:

@@ -180,7 +180,7 @@ def why_not_read(head: bytes, suffix: str) -> str:
         found = NOT_READ[0]
     if found == NOT_READ[0]:
         return f"is {found.found}; {found.instead}"
-    said = f"found {found.found if found else 'bytes that are no text'}, expected {listed()}"
+    said = f"found {found.found if found else 'bytes that are not text'}, expected {listed()}"
     return f"{said}; {found.instead}" if found and found.instead else said
 
 

@@ -184,7 +184,7 @@ class _OwnFile:
         self._claim()
         if dataset.is_virtual or dataset.external:
             raise self._request.error(
-                f"found {printable(dataset.name)} kept in another file, expected it in this one"
+                f"found {printable(dataset.name)} stored in another file, expected it in this one"
             )
         shape = dataset.shape[::-1] if self._is_turned else dataset.shape
         return StoredArray(dataset.dtype, shape, lambda: self._read(dataset))

@@ -26,7 +26,7 @@ _WORDS_FOR_ROWS = ("data", "rows", "values")
 # Maximum depth of arrays in arrays. Arrays of programs, maneuvers and columns, and those that a
 # format adds around them, are less deep.
 _DEEPEST = 30
-_TOO_DEEP = "found arrays in too many others, expected rows"
+_TOO_DEEP = "found arrays nested too deep, expected rows"
 _NOT_BLANK = re.compile(r"\S")
 # Three dots that replace the part of an array that was not printed.
 _ELLIPSIS = re.compile(rb"(?<![.\w])\.\.\.(?![.\w])")
@@ -141,7 +141,7 @@ def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) ->
     if found is None and isinstance(values, list) and values and is_known(name):
         # Without this error, the column would be left out and the user would not notice it.
         raise request.error(
-            f"{name}: found a list that is no column, expected a number in each place"
+            f"{name}: found a list that is not a column, expected one number for each time"
         )
     return f"{name} [{unit}]" if isinstance(unit, str) else name, found
 

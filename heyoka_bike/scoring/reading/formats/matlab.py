@@ -296,7 +296,7 @@ def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, A
     if request.names is None and 1 + x["y"].shape[0] not in request.widths:
         raise request.error(
             f"found {quoted(name)}, a solution of {_word(x['solver']) or 'ode45'} with "
-            f"{x['y'].shape[0]} states, and not which they are; {request.columns_hint}"
+            f"{x['y'].shape[0]} states without names; {request.columns_hint}"
         )
     return {"time": x["x"], "y": x["y"]}
 

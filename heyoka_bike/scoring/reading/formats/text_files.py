@@ -49,8 +49,8 @@ def read(file: ResultFile) -> list[ReadTable]:
     )
     if file.head.startswith(_OCTAVE) and (is_column or file.head.count(_VARIABLE_OF_OCTAVE) > 1):
         raise file.request.error(
-            "found variables of Octave's save -text, expected rows of numbers; save -v7 writes "
-            "variables that are read"
+            "found variables of Octave's save -text, expected rows of numbers; save them with "
+            "save -v7"
         )
     return read_table(file.text(), file.encoding, file.request)
 

@@ -95,7 +95,7 @@ def _rows(sheet: Any, request: Request) -> list[list[Any]]:
         if len(rows) > _ROWS_OF_A_SHEET or max(rows[-1], default=0) >= _COLUMNS_OF_A_TABLE:
             raise request.error(
                 f"found cells beyond row {_ROWS_OF_A_SHEET} or column {_COLUMNS_OF_A_TABLE} in the "
-                f"sheet {quoted(sheet.title)}, expected no more"
+                f"sheet {quoted(sheet.title)}, expected none beyond"
             )
     used = sorted({j for row in rows for j in row})
     return [[row.get(j) for j in used] for row in rows]

@@ -52,13 +52,13 @@ def parse_column_names(columns: Sequence[str], option: str) -> tuple[str, ...]:
         if key is None and name not in LEFT_OUT and not is_maneuver(name):
             raise InputError(
                 f"{where}: found {quoted(name)}, expected {NAMES}, a column of motion.h5, a short "
-                f"name such as t, phi, v or delta, or - for one that is left out"
+                f"name such as t, phi, v or delta, or - to skip a column"
                 f"{did_you_mean(name)}"
             )
         if key is not None:
             found.append(key)
     if TIME not in found or len(found) < 2:
-        raise InputError(f"{where}: found no time and another column, expected both among them")
+        raise InputError(f"{where}: expected the time and at least one more column")
     return names
 
 
