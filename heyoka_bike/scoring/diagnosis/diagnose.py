@@ -102,8 +102,8 @@ def diagnosed(
         found = Answer(distinct, (), is_whole=False)
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
     said = (*filter(_is_of_times, report.seen), *found.seen)
-    if distinct is not report:
-        # Do not report that nothing is wrong if rows that repeat a time were left out.
+    if any(isinstance(x, TimesRepeated) and not x.are_identical for x in report.seen):
+        # Do not report that nothing is wrong if different rows at one time were left out.
         said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):

@@ -252,8 +252,10 @@ class Pursuit:
     def whole_answer(self, end: Answer) -> Answer:
         """Combine the last answer with the evidence of the faults that were undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
+        is_rest = bool(self.seen)
         more = (
-            x for x in end.seen
+            replace(x, is_rest=is_rest) if isinstance(x, ColumnsApart | RightElsewhere) else x
+            for x in end.seen
             if not (self.seen and isinstance(x, NothingWrong) and x.signs is None)
             and not (is_late and isinstance(x, NoCauseFound))
         )  # fmt: skip

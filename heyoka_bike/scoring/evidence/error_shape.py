@@ -363,8 +363,9 @@ class EnergyKept(Evidence):
 
     def message(self) -> str:
         most = max(self.exchanged.values())
+        to = f" to {self.left:.2g} J" if self.left else ""
         return (
-            f"The mechanical energy is constant to {self.left:.2g} J, while the potential and the "
+            f"The mechanical energy is constant{to}, while the potential and the "
             f"kinetic energy are off by up to {most:.2g} J. So the cause is not a damper, drag, "
             "friction or a drive, which would change the mechanical energy"
         )
@@ -493,18 +494,22 @@ class RightElsewhere(Evidence):
         Numbers of the maneuvers.
     max_rel_error
         Largest error of the right maneuvers, relative to the scale.
+    is_rest
+        True if other faults of the file are named beside this.
     """
 
     wrong: tuple[int, ...]
     right: tuple[int, ...]
     max_rel_error: float
+    is_rest: bool = False
 
     code = "right_elsewhere"
 
     def message(self) -> str:
         is_are = "is" if len(self.wrong) == 1 else "are"
+        start = "Otherwise only" if self.is_rest else "Only"
         return (
-            f"Only {maneuvers(self.wrong)} {is_are} wrong: the largest error of "
+            f"{start} {maneuvers(self.wrong)} {is_are} wrong: the largest error of "
             f"{maneuvers(self.right)} is {self.max_rel_error:.1g} of a column's largest value. So "
             f"look for input or settings of your program that differ in {maneuvers(self.wrong)}"
         )

@@ -504,7 +504,8 @@ class EnergyOfOtherMotion(Evidence):
             f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. It "
             "differs from the energy computed from the file's angles, rates and speed by up to "
             f"{self.off:.2g} J, far more than the errors of these columns explain. Check how this "
-            f"energy is computed, and with which masses, {other}"
+            f"energy is computed, with which masses, {other}, and whether both wheels stay on the "
+            "floor and roll"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -905,6 +906,8 @@ class ColumnsApart(Evidence):
         Unit of each column, by its key.
     is_sum_with_it
         True if the mechanical energy is wrong only because one of its parts is.
+    is_rest
+        True if other faults of the file are named beside this.
     """
 
     columns: Mapping[str, tuple[int, ...]]
@@ -913,6 +916,7 @@ class ColumnsApart(Evidence):
     fits: Mapping[str, Scaled]
     units: Mapping[str, str]
     is_sum_with_it: bool
+    is_rest: bool = False
 
     code = "columns_apart"
     severity = Severity.WARNING
@@ -927,9 +931,10 @@ class ColumnsApart(Evidence):
             f": {key} is {_scaled(x, self.units[key])}" for key, x in self.fits.items()
         )
         is_one = len(self.columns) == 1
+        start = "Otherwise only" if self.is_rest else "Only"
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
         return (
-            f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
+            f"{start} {only} {are} wrong{with_sum}{scales}. All other columns are right to "
             f"{self.error_of_others:.1g} of their largest values, so the integrator and the "
             f"equations are correct. Check how {these} computed and written"
         )
