@@ -66,6 +66,7 @@ from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.measures import TOLERANCE, rms
+from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
@@ -582,10 +583,14 @@ def _with_odds_against_unknown(
         if is_wrong or off_motion >= TOLERANCE:
             # A motion that is wrong, or not shown, does not show the definition.
             continue
+        rows = s.error(key, u)
+        if len(rows) >= FEWEST_ROWS and roughness(rows).is_white:
+            # Noise is no definition.
+            continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
         # A few bad rows do not indicate another definition.
-        errors = np.sort(np.abs(s.error(key, u)))
+        errors = np.sort(np.abs(rows))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         if error > allowed:

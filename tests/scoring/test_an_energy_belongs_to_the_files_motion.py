@@ -40,6 +40,13 @@ def test_an_integrators_error_is_in_the_energies_as_in_the_motion(results, refer
     assert not found(results, reference)
 
 
+def test_a_wheel_that_leaves_the_floor_a_little_is_no_wrong_energy(results, reference):
+    """Programs with constraints for the velocities drift: 1e-7 m of the mass of the rider."""
+    drifted = changed(results, "potential_energy", lambda time: -1e-5 * time)
+    drifted = changed(drifted, "mechanical_energy", lambda time: -1e-5 * time)
+    assert not found(drifted, reference)
+
+
 @pytest.mark.parametrize("key", ["potential_energy", "kinetic_energy"])
 def test_an_energy_that_is_computed_wrongly_is_named(results, reference, key):
     wrong = changed(results, key, lambda time: 0.01 * np.sin(3.0 * time), (1, 2))

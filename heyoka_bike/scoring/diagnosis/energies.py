@@ -213,7 +213,9 @@ def of_other_motions(
 
     The potential and kinetic energy are functions of the state. The errors of the state in the file
     change these functions, whatever causes them. A column must differ from the energy of the file's
-    state far more than that energy differs from the exact one. Noise of a column does not count.
+    state far more than that energy differs from the exact one, and visibly in a plot of its
+    changes: if the constraints of a right program drift a little, its heights do too. Noise of a
+    column does not count.
     """
     off = {}
     for motion in motions:
@@ -227,8 +229,11 @@ def of_other_motions(
             apart = c.trace.value[here] - own[key][there]
             shown = own[key][there] - c.trace.reference[here]
             is_noise = 2.0 * roughness(apart).size > rms(apart)
-            if not is_noise and rms(apart) > CLEARLY * max(
-                rms(shown), MAX_ROUNDING_FLOORS * floor_of(c)
+            is_seen = rms(apart) > TOLERANCE * float(np.ptp(c.trace.reference))
+            if (
+                is_seen
+                and not is_noise
+                and rms(apart) > CLEARLY * max(rms(shown), MAX_ROUNDING_FLOORS * floor_of(c))
             ):
                 off[m.maneuver, key] = float(np.max(np.abs(apart)))
     for key, of in grouped((key, n) for n, key in off).items():
