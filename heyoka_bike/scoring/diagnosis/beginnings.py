@@ -38,6 +38,7 @@ _HIGHEST_POWER = 8
 _LESS = 0.75
 # Highest power that is reported. Higher powers are reported as this power.
 _HIGHEST_REPORTED = 3
+_ALONG = ("forward_speed", "kinetic_energy")
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
@@ -146,11 +147,22 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
         # A first power in one maneuver and a higher power in another maneuver are no clear
-        # evidence.
-        if each and (min(each.values()) > 1 or max(each.values()) == 1):
+        # evidence. Nor is a late error of an angle if the speed is wrong from the first rows on.
+        is_late = bool(each) and min(each.values()) == _HIGHEST_REPORTED
+        is_clear = each and (min(each.values()) > 1 or max(each.values()) == 1)
+        if is_clear and not (is_late and _speed_is_wrong_at_once(maneuvers)):
             found[key] = min(each.values()), tuple(each)
     for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():
         yield BeginsAs(tuple(alike), order, numbers)
+
+
+def _speed_is_wrong_at_once(maneuvers: Sequence[ManeuverScore]) -> bool:
+    """True if the error of a speed or a kinetic energy grows faster than the late one of an angle.
+
+    Then a force acts along the motion from the first rows on.
+    """
+    columns = (c for m in maneuvers for c in m.columns if c.key in _ALONG and _is_wrong(c))
+    return any(power < _HIGHEST_REPORTED for c in columns if (power := _power(c)) is not None)
 
 
 def _is_wrong(c: ColumnScore) -> bool:
