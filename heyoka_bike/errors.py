@@ -172,7 +172,7 @@ def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 
 
 
 def shortened(text: str, limit: int = 40) -> str:
-    """Return the text for a list of names, printable and at most `limit` long."""
+    """Return a text for a list of names: printable, and cut after `limit` characters."""
     return printable(text if len(text) <= limit else f"{text[:limit]}...")
 
 
@@ -185,7 +185,7 @@ def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the end of a message about an unknown word: the most similar known one, if any."""
+    """Return the end of a message about an unknown word: the most similar known one, or nothing."""
     from difflib import get_close_matches
 
     close = get_close_matches(word[:40].lower(), list(known), 1)

@@ -21,7 +21,7 @@ _MAX_BYTES = 200_000
 # time that tomllib takes grows with the square of that number.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
-# End of an error message of tomllib, which gives the place of the error.
+# Pattern of the place of an error, which ends tomllib's messages.
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -75,7 +75,7 @@ class TomlSource:
         return table
 
     def tables(self, key: str) -> list[dict[str, Any]]:
-        """Return the tables ``[[key]]`` at the top level, one or more.
+        """Return the tables ``[[key]]`` at the top level, of which there must be at least one.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class TomlSource:
         about
             Description of the entry.
         """
-        # Values without a file come from Python, where no table has a name.
+        # Values that do not come from a file come from Python, where tables have no names.
         place = _key(where if self.path else where[-1:])
         place += f" ({about})" if about else ""
         return InputError(f"{place}: {message}" if place else message, file=self.path)
