@@ -177,7 +177,7 @@ def shortened(text: str, limit: int = 40) -> str:
 
 
 def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
-    """Return the message about an unknown word, or an object that is no word, with all known."""
+    """Return the message about an unknown word (or another object), which lists the known words."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
     if not isinstance(word, str):
         return f"found {printable(repr(word))[:60]} ({type(word).__name__}), expected {what}{some}"

@@ -1,4 +1,4 @@
-"""The columns that results are compared in, by key and definition.
+"""The columns by which results are compared, by key and definition.
 
 The benchmark text asks for "roll angle", "roll angular velocity" and "forward speed" without
 defining them, and honest programs differ. Each column has one default definition and named

@@ -64,7 +64,7 @@ def _is_within(x: Exact, half_turns: Fraction) -> bool:
     )
 
 
-# Conditions on the values of parameters. They are evaluated exactly, without rounding.
+# Conditions on the values of parameters, evaluated exactly, by their descriptions.
 _RANGES: Mapping[str, Callable[[Exact], bool]] = {
     "": lambda x: True,
     _POSITIVE: lambda x: x.sign > 0,
@@ -416,7 +416,7 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
 def _read_value(
     source: TomlSource, entry: object, parameter: Parameter, where: Where, known: Collection[str]
 ) -> tuple[Exact, Exact | None]:
-    """Read a number, alone or in a table with its unit; also return its standard deviation."""
+    """Read a number, alone or in a table with its unit; also return the standard deviation."""
     if not isinstance(entry, dict):
         return source.number(entry, where), None
     source.refuse_unknown(entry, known, where)

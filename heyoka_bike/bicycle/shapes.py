@@ -126,7 +126,7 @@ def _tube(
 
 
 def _sides(p: Point, y: float) -> tuple[Point, Point]:
-    """Return the points at this distance to the left and to the right of the middle."""
+    """Return the points at this distance to the left and the right of a point in the middle."""
     return (p[0], -y, p[2]), (p[0], y, p[2])
 
 
@@ -212,7 +212,7 @@ def _rider(crank: Point, scale: float, to: _To) -> Iterator[Solid]:
 
 
 def _joint(hip: Point, ankle: Point, thigh: float, shank: float) -> Point:
-    """Return the knee, ahead of the line between hip and ankle."""
+    """Return the position of the knee, which is ahead of the line between hip and ankle."""
     a, b = np.array(hip), np.array(ankle)
     along = b - a
     distance = float(np.hypot(along[0], along[2]))

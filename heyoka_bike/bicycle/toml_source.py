@@ -1,4 +1,4 @@
-"""A TOML file whose errors name the file and the key; a syntax error names line and column."""
+"""Reading TOML: errors name the file and the key, and syntax errors the line and the column."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class TomlSource:
         try:
             return raw.decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as e:
-            # e.object is the input after the byte order mark, if there is one.
+            # e.object is the content of the file after a byte order mark, if there is one.
             self.text = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
             message = f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text"
             raise self._error_at(message, len(self.text)) from None

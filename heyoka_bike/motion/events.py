@@ -150,7 +150,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A motion that was followed up to an event, or up to the end of the search.
+    """A motion that was integrated up to an event, or up to the end of the search.
 
     Attributes
     ----------

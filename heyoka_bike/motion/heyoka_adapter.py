@@ -359,7 +359,7 @@ class TaylorIntegrator:
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """Results of motions that were integrated side by side.
+    """Results of motions that were integrated side by side, each in a lane of a vector.
 
     Attributes
     ----------

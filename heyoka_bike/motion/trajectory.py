@@ -303,7 +303,7 @@ class Evaluator:
         return dict(self.equations.columns(self.state(t, piece)))
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
-        """Return the state at time `t`; for a ball without a piece, on all pieces it meets."""
+        """Return the state at time `t`; without `piece`, a ball may extend over several pieces."""
         if piece is None:
             if not isinstance(t, Fraction):
                 return self._across(t)

@@ -36,7 +36,7 @@ class Nodes:
 
     @property
     def lebesgue(self) -> flint.arb:
-        """Lebesgue constant: largest ratio of a polynomial's maximum to that at the nodes."""
+        """Lebesgue constant: bounds a polynomial's maximum, relative to its values at the nodes."""
         count = len(self.x)
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
@@ -61,12 +61,12 @@ def _angles(count: int) -> list[flint.fmpq]:
 
 
 def in_between(degree: int, count: int) -> flint.arb:
-    """Return the largest ratio of a polynomial's maximum to that at `count` > degree nodes."""
+    """Bound a polynomial's maximum, relative to its values at `count` > degree nodes."""
     return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
 
 
 def ellipse(radius: int) -> flint.arb:
-    """Return the sum of the half axes of an ellipse: the largest with foci -1, 1 in a circle."""
+    """Return the sum of half axes of the largest ellipse with foci -1 and 1 inside a circle."""
     r = flint.arb(radius)
     return r + (r * r - 1).sqrt()
 

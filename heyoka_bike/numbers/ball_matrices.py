@@ -16,7 +16,7 @@ def total(terms: Iterable[flint.arb]) -> flint.arb:
 
 
 def largest(terms: Iterable[flint.arb]) -> flint.arb:
-    """Return an upper bound of all of some nonnegative balls."""
+    """Return an upper bound of the largest of some nonnegative balls."""
     worst = flint.arb(0)
     for x in terms:
         worst = worst.max(x)

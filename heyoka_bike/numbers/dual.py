@@ -81,7 +81,7 @@ class Duals(Arithmetic):
         self.inner = inner
 
     def variables(self, values: Sequence[Number]) -> list[Dual]:
-        """Return the values as independent variables."""
+        """Return dual numbers of independent variables with these values."""
         n = len(values)
         return [Dual(x, tuple(1 if i == j else 0 for j in range(n))) for i, x in enumerate(values)]
 

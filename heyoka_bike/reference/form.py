@@ -94,7 +94,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
 ) -> SetForm:
-    """Return the expected contents of a dataset; an unreadable file should have all columns."""
+    """Return the expected contents of a dataset; expect all columns of an unreadable file."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
     for name, known in structure.COLUMNS_OF.items():

@@ -111,7 +111,7 @@ def by_maneuver(items: Iterable[T]) -> dict[str, T]:
 
 
 def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:
-    """Return the groups of the maneuvers of a file, which has this many maneuvers."""
+    """Return the groups of a file, one for each of its `count` maneuvers."""
     return [f[name] for name in by_maneuver(range(count))]
 
 
@@ -232,7 +232,7 @@ _USUAL_CHUNK = 1 << 26  # [bytes]
 def why_unsafe(
     dataset: h5py.h5d.DatasetID, most: int, filters: Collection[int] | None = None
 ) -> str:
-    """Return the reason why a dataset must not be read, to follow its name; empty if it may.
+    """Return why a dataset must not be read, as a predicate of its name; empty if it may be read.
 
     Parameters
     ----------
@@ -417,7 +417,7 @@ def read_array(group: Any, name: str, shape: tuple[int, ...] | None = None) -> A
 
 
 def render(layout: Group, data: Mapping[str, Any]) -> bytes:
-    """Return the bytes of a file from arrays by dataset name, in mappings by group name."""
+    """Return the bytes of an HDF5 file with `data`: arrays by dataset name, and groups by name."""
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         _write_group(f, layout, data, {})

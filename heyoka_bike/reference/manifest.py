@@ -114,7 +114,7 @@ def render(
     made_by: Mapping[str, Any], files: Mapping[str, bytes],
     performance_limits: Mapping[str, str] | None = None,
 ) -> bytes:  # fmt: skip
-    """Return the bytes of the manifest of the given files; it contains no date, host or time.
+    """Return the bytes of the manifest of these files, which contains no date, host or time.
 
     Published datasets do not state the limit of eq. (1), which is that of the benchmark's own
     maneuvers.

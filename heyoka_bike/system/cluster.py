@@ -140,7 +140,7 @@ class ClusterExecutor(Executor):
 
 
 def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> None:
-    """Raise `VersionsDifferError` that names the first package with another version."""
+    """Raise an error that names the first package whose versions differ."""
     for name, expected in here.items():
         if (found := there.get(name, "none")) != expected:
             raise VersionsDifferError(

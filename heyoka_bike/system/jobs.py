@@ -117,7 +117,7 @@ def throttled(report: OnStage) -> OnStage:
 
 
 class ProgressFuture(Future[Any]):
-    """A submitted call.
+    """The future of a submitted call, with the progress of the call.
 
     Attributes
     ----------
@@ -137,12 +137,12 @@ class ProgressFuture(Future[Any]):
 
 
 class RemoteError(Exception):
-    """Cause of an exception in a process: its traceback, or only the place if it is limited."""
+    """Cause of an exception in a process: its traceback, or only its place in a limited process."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessLimits:
-    """Limits of a call.
+    """Limits of a call: its time and its memory.
 
     Attributes
     ----------
@@ -201,8 +201,8 @@ class ProcessExecutor(Executor):
         self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
     ) -> None:
         if getattr(current_process(), "_inheriting", False):
-            # A worker imports the script that started it. Without the guard `if __name__ ==
-            # "__main__"`, the script would start further workers in it, so the worker ends here.
+            # A worker imports the script that started it. Without the guard
+            # `if __name__ == "__main__"`, the import would start further workers, so end this one.
             os._exit(1)
         forks = bool(preload) and "forkserver" in get_all_start_methods()
         self._context: Any = get_context("forkserver" if forks else "spawn")

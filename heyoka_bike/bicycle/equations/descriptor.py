@@ -1,4 +1,4 @@
-"""The bicycle in multibody form: redundant coordinates, and contact forces as multipliers.
+"""The bicycle in descriptor form: redundant coordinates, and contact forces as multipliers.
 
 The frames and wheels move in `COORDINATES`; six velocities of the wheels' lowest points vanish, and
 the contact forces along them are the `MULTIPLIERS`. With the energy T - V = L(q, v),

@@ -195,7 +195,7 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
 def _loads(
     part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector
 ) -> tuple[Wrench, Wrench]:
-    """Return the wrenches that accelerate a frame and its wheel, reduced by their weights.
+    """Return the wrenches on a frame and its wheel that their motion needs beyond their weights.
 
     The moment is about the hub. Newton's and Euler's laws are applied in the frame's axes.
 

@@ -70,7 +70,7 @@ class Instant:
 
 
 def quantities(instant: Instant) -> dict[str, Number]:
-    """Return all quantities of `LEVELS` except the last level by name, in SI units."""
+    """Return the quantities of all `LEVELS` except the last one, by name, in SI units."""
     velocities = _place_velocities(instant)
     masses = instant.equations.masses(instant.state[:3])
     found = {

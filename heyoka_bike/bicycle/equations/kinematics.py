@@ -161,7 +161,7 @@ def lateral_condition(o: Posture) -> MatrixRow:
 
 
 def turn_divisor(o: Posture) -> Number:
-    """Return the divisor of the formula in which roll and steer rate determine the turn rate.
+    """Return the divisor in the formula of `turn_row` for the turn rate.
 
     In the upright, straight position it is the wheel base in rear wheel radii. If it is zero, roll
     and steer rate do not determine the turn rate.

@@ -151,7 +151,7 @@ def _loads(
 def _accelerations(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, rates: _DependentRates, basis: _Basis
 ) -> tuple[Number, Number, Number]:
-    """Solve Kane's equations for the rates of the three independent speeds.
+    """Solve Kane's equations for the accelerations: rates of the three independent speeds.
 
     In the few-product form the basis is the identity; its products with 0 and 1 vanish when the
     expressions are built.
@@ -268,7 +268,7 @@ def _scaled(weight: Number, row: MatrixRow) -> MatrixRow:
 
 
 def _solve(a: Arithmetic, m: Callable[[int, int], Number], force: MatrixRow) -> MatrixRow:
-    """Return the x with ``m x + force = 0``, m symmetric and positive definite, by LDL^T."""
+    """Solve ``m x + force = 0`` for x by LDL^T; m is symmetric and positive definite."""
     m00, m01, m02 = m(0, 0), m(0, 1), m(0, 2)
     l10, l20 = m01 / m00, m02 / m00
     d1 = m(1, 1) - l10 * m01

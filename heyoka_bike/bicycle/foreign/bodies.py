@@ -53,7 +53,7 @@ class Mass:
         return Mass(total, centre, self.about(centre) + other.about(centre))
 
     def about(self, point: Matrix) -> Matrix:
-        """Return the inertia about another point than the centre of mass."""
+        """Return the inertia about `point` instead of the centre of mass."""
         d = self.centre - point
         return self.inertia + self.mass * ((d.T * d)[0] * MP.eye(3) - d * d.T)
 
@@ -112,7 +112,7 @@ def turns(angles: Sequence[Any]) -> list[Matrix]:
 
 
 def rotation(scalar: Any, x: Any, y: Any, z: Any) -> Matrix:
-    """Return the rotation of a quaternion of any length, or the unit matrix if it is zero."""
+    """Return the rotation matrix of a quaternion of any length; the unit matrix if it is zero."""
     along = [x, y, z]
     length = MP.norm(along)
     return turn(vector(along) / length, 2 * MP.atan2(length, scalar)) if length else MP.eye(3)
@@ -123,7 +123,7 @@ ORIGIN: Pose = vector([0, 0, 0]), MP.eye(3)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """Combine two poses: return `inner`, which is relative to `outer`, as `outer` is given."""
+    """Convert a pose that is relative to `outer` to the axes in which `outer` is given."""
     place, axes = outer
     moved, turned = inner
     return place + axes * moved, axes * turned
@@ -138,7 +138,7 @@ def unit(v: Matrix, element: Element) -> Matrix:
 
 
 def downward(gravity: Sequence[Any], element: Element) -> Any:
-    """Return the magnitude of gravity.
+    """Return the magnitude of gravity, which must point down.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> ForeignBi
 
 
 def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Body]:
-    """Return rear wheel, base, fork and front wheel."""
+    """Return the bodies that are the rear wheel, the base, the fork and the front wheel."""
     names = ", ".join(body.name for body in bodies)
     if len(bodies) != 4:
         raise root.error(

@@ -1,4 +1,4 @@
-"""XML whose elements know their position in the file."""
+"""XML elements that store their position in the file, for error messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MP.dps = 40
 
 @dataclass
 class Element:
-    """An element.
+    """An XML element.
 
     Attributes
     ----------

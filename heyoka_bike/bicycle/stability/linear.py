@@ -240,7 +240,7 @@ def _context(digits: int) -> mpmath.ctx_mp.MPContext:
 
 
 def _roots(p: flint.arb_poly, digits: int) -> list[flint.acb]:
-    """Return the roots of a real polynomial, each part exact to `digits` or zero.
+    """Return the roots of a real polynomial; real and imaginary parts have `digits` or are zero.
 
     A double root has half as many digits as the coefficients.
     """
@@ -279,7 +279,7 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
 
 @dataclass(frozen=True, slots=True)
 class _Quartic:
-    """Characteristic polynomial s^4 + v b s^3 + c s^2 + v d s + e, b to e polynomials of x = v^2.
+    """Polynomial s^4 + v b s^3 + c s^2 + v d s + e, whose b, c, d, e are polynomials of x = v^2.
 
     The unit of s is 1/sqrt(w) and that of v is sqrt(w), where w is the wheel base, and gravity is
     1: all critical speeds and eigenvalues are proportional to sqrt(g).
@@ -304,7 +304,7 @@ class _Quartic:
         return cls(balls, digits, g, w.sqrt(), b, c, d, e)
 
     def at(self, v: flint.arb, g: flint.arb) -> flint.arb_poly:
-        """Return the polynomial in s at a speed and gravity."""
+        """Return the characteristic polynomial in s at a speed and gravity."""
         x = v * v
         c, d, e = (p[0] * g + p[1] * x for p in (self.c, self.d, self.e))
         return flint.arb_poly([g * e, v * d, c, v * self.b[0], 1])

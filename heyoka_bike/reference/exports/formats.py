@@ -325,7 +325,7 @@ def as_netcdf(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _netcdf(selection: Selection) -> bytes:
-    # The netCDF library preserves the order in which variables and attributes are created.
+    # Track the order in which variables and attributes are created, as the netCDF library does.
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         f.attrs.update(_about_file(selection))

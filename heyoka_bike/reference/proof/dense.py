@@ -174,7 +174,7 @@ def _is_resolved(
 def _on_grid(
     table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str]
 ) -> list[list[tuple[float, float]]]:
-    """Round the coefficients of each column to multiples on its grid; return them as hi and lo."""
+    """Round coefficients to the grid of their column, a power of two; return them as hi and lo."""
     out = []
     for name, row, grid in zip(names, table, grids, strict=True):
         pairs = []
@@ -259,7 +259,7 @@ def bound_dense(
 
 
 def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
-    """Check that the candidate covers every dense piece, because only there is it bounded."""
+    """Check that the candidate covers every dense piece, because its bounds hold only there."""
     breaks = dense.breaks
     problem = None
     if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():

@@ -200,7 +200,7 @@ class Carried:
 
 
 def _entrywise(a: flint.arb_mat, b: flint.arb_mat) -> flint.arb_mat:
-    """Return upper bounds of the larger of two nonnegative matrices, entry by entry."""
+    """Return, for each entry, an upper bound of the larger entry of two nonnegative matrices."""
     return flint.arb_mat([[a[i, j].max(b[i, j]).upper() for j in range(SIZE)] for i in range(SIZE)])
 
 
@@ -311,7 +311,7 @@ class Prover:
     def whole(
         self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
     ) -> tuple[BallVector, Frame]:
-        """Bound the error over an undivided piece by two circles; return the final frame."""
+        """Bound the error over a whole piece, using two circles; also return the final frame."""
         with working_bits(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)

@@ -47,7 +47,7 @@ _ONE_SECOND = Fraction(1)
 
 
 def known_states() -> tuple[Maneuver, ...]:
-    """Return the states with known exact values; they are numbered from 1."""
+    """Return the single states of the published dataset, as maneuvers; they are numbered from 1."""
     return read_maneuvers(find_input("maneuvers", "states"))
 
 

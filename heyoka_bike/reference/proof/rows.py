@@ -265,7 +265,7 @@ TEXT_DIGITS = 50
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
-    """Return the columns whose exact value is constant: the energy; in steady motion, all.
+    """Return the columns with constant exact values: the energy, or all columns of a steady motion.
 
     The energy follows from the initial state alone.
     """

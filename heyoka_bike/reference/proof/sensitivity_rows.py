@@ -241,7 +241,7 @@ class Fitted:
 
 
 def _holding(parts: Sequence[ColumnDerivatives], t: flint.arb) -> ColumnDerivatives:
-    """Return the part of the motion that contains a time."""
+    """Return that part of the motion which contains a time."""
     return next(p for p in parts if t <= exact_ball(p.t0 + p.h) or p is parts[-1])
 
 
@@ -399,7 +399,7 @@ class _Rounding:
     def _rows(
         self, name: str, rows: Sequence[Sequence[flint.arb]], count: int
     ) -> tuple[Array, Array]:
-        """Return values of a column and their bounds in binary64, of shape (rows, U)."""
+        """Return the rounded values of a column and their bounds, both of shape (rows, U)."""
         values, bound = (np.full((count, COUNT), np.nan) for _ in range(2))
         for u, unknown in enumerate(self.unknowns.smooth):
             j = _NAMES_OF_ROWS.index(name) * len(self.unknowns.smooth) + u
@@ -417,7 +417,7 @@ class _Rounding:
         return values, bound
 
     def _nearest(self, x: Value) -> tuple[float, float]:
-        """Return the nearest binary64 and its bound; zero if the enclosure contains zero."""
+        """Return the nearest binary64 (zero if the enclosure contains zero) and its error bound."""
         enclosed = Enclosure.of(x)
         found = 0.0 if enclosed.holds_zero else enclosed.binary64()
         if found is None:

@@ -368,7 +368,7 @@ class _Prover:
         return q, bound
 
     def _widened(self, smaller: int, equations: Equations, state: Sequence[Number]) -> list[Number]:
-        """Return rates and columns on a circle, for all constants in their polydisc."""
+        """Return rates and columns on a circle, as balls for all constants in their polydisc."""
         reach = iter(self.reach)
         rim: Any = equations.a
 

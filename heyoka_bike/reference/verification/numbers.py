@@ -185,7 +185,7 @@ def text_17(x: StoredManeuver, tally: Tally) -> None:
 
 
 def text_50(x: StoredManeuver, tally: Tally) -> None:
-    """Check that hi and lo are the text with 50 digits, rounded, and differ by less than the bound.
+    """Check that hi and lo are the rounded text with 50 digits, with an error below the bound.
 
     For undecided rows only the bound is checked.
     """
@@ -513,7 +513,7 @@ def _short(x: StoredManeuver) -> int:
 
 
 def _is_short(token: str) -> bool:
-    """True if an entry of the 50-digit text is shorter, its last digits being undecided."""
+    """True if an entry of the 50-digit text has fewer digits, because the others are undecided."""
     digits, _, exponent = token.partition("e")
     return bool(exponent) and sum(map(str.isdigit, digits)) < TEXT_DIGITS
 

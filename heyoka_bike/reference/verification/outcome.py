@@ -41,7 +41,7 @@ class Check:
 
 @dataclass(slots=True)
 class Tally:
-    """Count of the values of a check, and of the wrong ones.
+    """Number of values that a check has examined, and number of those that are wrong.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Tally:
         self.failures += 1
 
     def joined(self, other: Tally) -> Tally:
-        """Return the sum of two tallies; if both have a failure, the first of this one is kept."""
+        """Return the sum of two tallies; failures of this one come first."""
         return Tally(
             self.check, self.file, self.values + other.values, self.failures + other.failures,
             self.first or other.first, max(self.largest, other.largest),

@@ -301,7 +301,7 @@ def _structure(
 
 
 def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
-    """Return the bicycle and the maneuvers of a manifest, after checking the initial states."""
+    """Return bicycle and maneuvers of a manifest, after checking that the maneuvers can start."""
     given = manifest.inputs
     bicycle = Bicycle.parse(given["bicycle"]["name"], given["bicycle"]["parameters"])
     maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
