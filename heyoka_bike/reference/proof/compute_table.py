@@ -216,7 +216,7 @@ def _compare_tables(
 def _compare(
     run: Trajectory, proved: Mapping[str, Any], published: Mapping[str, Any], inside: str = ""
 ) -> None:
-    """Check that published numbers equal the proved ones to the bit; bounds must cover them.
+    """Check that published numbers other than NaN equal the proved ones; bounds must cover them.
 
     Both arguments map names of groups to arrays by names of datasets; `inside` says what the
     indices count.

@@ -290,7 +290,7 @@ def expansions(
 
 
 def _norms(run: Trajectory, certificate: Certificate) -> Iterator[Expansion | Enclosed]:
-    """Expand `NORMS` along pieces; enclose them over the parts where they are not analytic."""
+    """Expand `NORMS` along pieces; enclose them over the parts where no expansion is found."""
     expanding = _Expanding(run, Equations.norms)
     enclosing = run.equations(NonnegativeRoots(BITS)).norms
 

@@ -47,7 +47,7 @@ _ONE_SECOND = Fraction(1)
 
 
 def known_states() -> tuple[Maneuver, ...]:
-    """Return the single states of the published dataset, as maneuvers; they are numbered from 1."""
+    """Return the states of states.csv as maneuvers, whose values are exact; numbered from 1."""
     return read_maneuvers(find_input("maneuvers", "states"))
 
 
