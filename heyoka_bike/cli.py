@@ -189,10 +189,10 @@ def _greet() -> Exit:
 def _prepare(words: Sequence[str]) -> None:
     """Configure the process, which runs only this program."""
     if isinstance(sys.stdout, TextIOWrapper):
-        # The name of a file may contain letters that the terminal's encoding lacks.
+        # Printed names of files may contain characters that the terminal's encoding lacks.
         sys.stdout.reconfigure(errors="backslashreplace")
-    # Imported modules are never garbage, and searching for garbage among them took 1/30 of the time
-    # of `score`.
+    # Collect garbage less often: imported modules are never garbage, and searching for garbage
+    # among them took 1/30 of the time of `score`.
     gc.set_threshold(50_000)
     if words[:1] and words[0] in _THREADED:
         # NumPy reads this variable when it is imported.

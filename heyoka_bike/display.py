@@ -1,4 +1,4 @@
-"""Objects that show themselves: in some lines of text, and in notebooks.
+"""Base classes of objects that are displayed: as some lines of text, and as HTML in notebooks.
 
 How they look is made in `showing`, above the wings that they belong to. So an object imports its
 view only when somebody looks at it. These imports are listed in ``pyproject.toml``, as exceptions
@@ -13,7 +13,7 @@ V = TypeVar("V", covariant=True)
 
 
 class Displayed:
-    """Base of objects of which a function of `showing.views`, named by `_view`, makes blocks.
+    """Base of displayed objects; `_view` names the function of `showing.views` that makes blocks.
 
     A class whose text is one line has it as its own ``__repr__``.
     """
@@ -27,7 +27,7 @@ class Displayed:
         return views.text(self, self._view)
 
     def _repr_html_(self) -> str:
-        """For notebooks: HTML without a script."""
+        """Return HTML without a script, for notebooks."""
         from heyoka_bike.showing import views
         from heyoka_bike.showing.document import html
 
@@ -35,7 +35,7 @@ class Displayed:
 
 
 class IdentityMapping(Mapping[K, V]):
-    """A mapping of what an object holds; two are equal only if they are the same object."""
+    """A mapping that is equal only to itself, whatever items it has."""
 
     __slots__ = ()
     __eq__ = object.__eq__

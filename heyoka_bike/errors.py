@@ -172,12 +172,12 @@ def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 
 
 
 def shortened(text: str, limit: int = 40) -> str:
-    """Return the text for a list of names, printable and at most `limit` long."""
+    """Return a text for a list of names: printable, and cut after `limit` characters."""
     return printable(text if len(text) <= limit else f"{text[:limit]}...")
 
 
 def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
-    """Return the message about an unknown word, or an object that is no word, with all known."""
+    """Return the message about an unknown word (or another object), which lists the known words."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
     if not isinstance(word, str):
         return f"found {printable(repr(word))[:60]} ({type(word).__name__}), expected {what}{some}"
@@ -185,7 +185,7 @@ def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the end of a message about an unknown word: the most similar known one, if any."""
+    """Return the end of a message about an unknown word: the most similar known one, or nothing."""
     from difflib import get_close_matches
 
     close = get_close_matches(word[:40].lower(), list(known), 1)

@@ -1,4 +1,4 @@
-"""A quantity that is stored or compared, with its unit and its meaning."""
+"""A column: a quantity that is stored or compared, with its unit and its meaning."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

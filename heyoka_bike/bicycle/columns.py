@@ -1,4 +1,4 @@
-"""The columns that results are compared in, by key and definition.
+"""The columns by which results are compared, by key and definition.
 
 The benchmark text asks for "roll angle", "roll angular velocity" and "forward speed" without
 defining them, and honest programs differ. Each column has one default definition and named
@@ -11,8 +11,8 @@ from collections.abc import Container, Mapping
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 
-# Fields of a column's description: the unit, the long name, the positive direction, and the meaning
-# of each definition by its key. The first definition is the default.
+# The description of a column key: its unit, its long name, its positive direction, and the meaning
+# of each definition by the definition's key. The first definition is the default.
 _Key = tuple[str, str, str, Mapping[str, str]]
 _LEAN, _AHEAD = "to the right", "forward"
 

@@ -23,7 +23,7 @@ MATRICES = {"M": "kg m2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
 @dataclass(frozen=True, slots=True)
 class InstantLevel:
-    """A level of quantities: they can be compared once the levels before it are right.
+    """A level of quantities, which can be compared once the levels before it are correct.
 
     Attributes
     ----------

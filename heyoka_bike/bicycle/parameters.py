@@ -64,7 +64,7 @@ def _is_within(x: Exact, half_turns: Fraction) -> bool:
     )
 
 
-# Conditions on the values of parameters. They are evaluated exactly, without rounding.
+# Conditions on the values of parameters, evaluated exactly, by their descriptions.
 _RANGES: Mapping[str, Callable[[Exact], bool]] = {
     "": lambda x: True,
     _POSITIVE: lambda x: x.sign > 0,
@@ -168,7 +168,7 @@ class Bicycle:
             raise KeyError(said) from None
 
     def replace(self, **changes: Exact) -> Bicycle:
-        """Return a copy with some parameters changed, checked again; they have no uncertainty."""
+        """Return a checked copy with some parameters changed; new values have no uncertainty."""
         # Untyped callers may pass any object.
         given: Mapping[str, object] = changes
         for symbol, x in given.items():
@@ -416,7 +416,7 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
 def _read_value(
     source: TomlSource, entry: object, parameter: Parameter, where: Where, known: Collection[str]
 ) -> tuple[Exact, Exact | None]:
-    """Read a number, alone or in a table with its unit; also return its standard deviation."""
+    """Read a number, alone or in a table with its unit; also return the standard deviation."""
     if not isinstance(entry, dict):
         return source.number(entry, where), None
     source.refuse_unknown(entry, known, where)
@@ -427,7 +427,7 @@ def _read_value(
             source.line_of_text(entry, note, where, limit=1000)
     unit = entry.get("unit", parameter.unit)
     size = factor(unit, parameter.unit) if isinstance(unit, str) else None
-    # The table of units has no percentages, because a percentage is not a unit of a quantity.
+    # Accept a percentage here, because the table of units has none: it is not a unit of a quantity.
     size = Exact(Fraction(1)) if unit == parameter.unit == "%" else size
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"

@@ -17,7 +17,8 @@ from heyoka_bike.bicycle.parameters import Bicycle
 # Distance of the benchmark's point P2 from the floor along the steer axis [m]; it reproduces the
 # digits printed in the benchmark.
 _P2 = 0.9
-# The drawing fits wheels whose radii have this sum, and a rider with B at this height [m].
+# The wheels and the rider are drawn for a bicycle with this sum of the wheel radii, and this height
+# of the point B [m]. Other bicycles scale the drawing.
 _DRAWN_WHEELS, _DRAWN_B = 0.65, 0.9
 _DRAWN_X = 0.3  # distance of B ahead of the rear hub in the drawing [m]
 _SCALES = (0.8, 2.0)
@@ -90,11 +91,11 @@ def shape(bicycle: Bicycle) -> Shape:
     shift = p["xB"] if is_ridden else _DRAWN_X
 
     def fork(ahead: float, y: float, up: float) -> Point:
-        """Return the point at these distances ahead, to the right, and up the axis."""
+        """Return the point at distances ahead of the steer axis, to the right, and up the axis."""
         return p["w"] + p["c"] - up * s + ahead * c, y, -up * c - ahead * s
 
     def rider(x: float, y: float, z: float) -> Point:
-        """Return a point drawn for the benchmark's rider and saddle, moved to this bicycle."""
+        """Return a point of the benchmark's rider or saddle, scaled and moved to this bicycle."""
         return shift + (x - _DRAWN_X) * scale, y * scale, z * scale
 
     crown = p["c"] * s + p["rF"] * c + p["rF"] + 0.03
@@ -125,7 +126,7 @@ def _tube(
 
 
 def _sides(p: Point, y: float) -> tuple[Point, Point]:
-    """Return the points at this distance to the left and to the right of the middle."""
+    """Return the points at this distance to the left and the right of a point in the middle."""
     return (p[0], -y, p[2]), (p[0], y, p[2])
 
 
@@ -211,7 +212,7 @@ def _rider(crank: Point, scale: float, to: _To) -> Iterator[Solid]:
 
 
 def _joint(hip: Point, ankle: Point, thigh: float, shank: float) -> Point:
-    """Return the knee, ahead of the line between hip and ankle."""
+    """Return the position of the knee, which is ahead of the line between hip and ankle."""
     a, b = np.array(hip), np.array(ankle)
     along = b - a
     distance = float(np.hypot(along[0], along[2]))

@@ -1,4 +1,4 @@
-"""A TOML file whose errors name the file and the key; a syntax error names line and column."""
+"""Reading TOML: errors name the file and the key, and syntax errors the line and the column."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MAX_BYTES = 200_000
 # time that tomllib takes grows with the square of that number.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
-# End of an error message of tomllib, which gives the place of the error.
+# Pattern of the place of an error, which ends tomllib's messages.
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -75,7 +75,7 @@ class TomlSource:
         return table
 
     def tables(self, key: str) -> list[dict[str, Any]]:
-        """Return the tables ``[[key]]`` at the top level, one or more.
+        """Return the tables ``[[key]]`` at the top level, of which there must be at least one.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class TomlSource:
         about
             Description of the entry.
         """
-        # Values without a file come from Python, where no table has a name.
+        # Values that do not come from a file come from Python, where tables have no names.
         place = _key(where if self.path else where[-1:])
         place += f" ({about})" if about else ""
         return InputError(f"{place}: {message}" if place else message, file=self.path)
@@ -195,7 +195,7 @@ class TomlSource:
         try:
             return raw.decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as e:
-            # e.object is the input after the byte order mark, if there is one.
+            # e.object is the content of the file after a byte order mark, if there is one.
             self.text = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
             message = f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text"
             raise self._error_at(message, len(self.text)) from None

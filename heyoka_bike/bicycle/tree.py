@@ -20,7 +20,7 @@ INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A body.
+    """A body of the tree.
 
     Attributes
     ----------

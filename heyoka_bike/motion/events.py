@@ -72,16 +72,17 @@ _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-# Maximum number of spans of one piece that wait to be halved. A tangent zero takes two spans for
-# each bit. Only a function that is zero throughout, and whose rate cannot be shown to be zero,
-# reaches the limit.
+# Maximum number of spans of one piece that wait to be halved. A zero where the function touches
+# zero without crossing it takes two spans for each bit. Only a function that is zero throughout,
+# and whose rate cannot be shown to be zero, reaches the limit.
 _MOST_HALVINGS_WAITING = 4096
 # Number of interpolation nodes in a piece. A step of heyoka ends well inside the circle of
 # convergence of its series, so each coefficient of the interpolation is smaller than the previous
 # one by more than a factor of ten.
 _NODES_OF_PIECE = 24
-# Maximum sum of the last coefficients relative to the sum of all. It is far above the truncation
-# error of the interpolation or the series.
+# Allowance for the truncation of an interpolation or a series, relative to the sum of its
+# coefficients. It is far above the truncation error. A series whose last coefficients exceed it is
+# not used.
 _SLACK = 1e-7
 # Number of terms of the Taylor series, and how many of its last terms are checked.
 _TERMS_OF_PIECE, _LAST_TERMS = 24, 3
@@ -149,7 +150,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A motion up to an event, or up to the end of the search.
+    """A motion that was integrated up to an event, or up to the end of the search.
 
     Attributes
     ----------
@@ -234,7 +235,7 @@ def first_event(
 
 
 def singularity(error: SingularMotionError) -> Event:
-    """Return the singularity that stopped a run as an event."""
+    """Return, as an event, the singularity that stopped a run."""
     time = flint.arb(error.time, float(_BEFORE_SINGULARITY))
     return Event(SINGULAR, time, rises=None, is_single=False)
 
@@ -295,7 +296,8 @@ def zeros(
     with along.at.balls.precision():
         start = along.exact_start()
         is_zero, earliest = bool(start == 0), run.breaks[1] * _AT_START
-        # Without a certificate the polynomials need not begin exactly at the initial state.
+        # Without a certificate the polynomials need not begin exactly at the initial state, so the
+        # sign at the start is not used.
         for group, before, after in _groups(along.spans(), sign_of(start) if certificate else 0):
             if is_zero and group[0].low == 0:
                 # Just after a zero the function has the sign of its rate.
@@ -352,7 +354,7 @@ class _FunctionAlongRun:
         self.samples = Samples.of(self.at.balls.bits, _TERMS_OF_PIECE, _RADIUS_OF_SAMPLES)
 
     def exact_start(self) -> flint.arb:
-        """Return the function at the exact initial state."""
+        """Return the value of the function at the exact initial state."""
         equations = Equations.of(self.run.bicycle, self.at.balls)
         return flint.arb(self.quantity(equations, initial_state(equations, self.run.maneuver)))
 
@@ -393,7 +395,7 @@ class _FunctionAlongRun:
         return over, (rest[0] + flint.arb(0, (bend * (1 + _SLACK)).upper())) / half
 
     def spans(self) -> Iterator[_Span]:
-        """Yield the spans of the whole run."""
+        """Divide the run into spans, each with the sign of the function; 0 if it is not known."""
         signs = (
             [0] * self.run.steps if self.certificate else _estimated_signs(self.run, self.quantity)
         )
@@ -429,7 +431,7 @@ class _FunctionAlongRun:
     def _narrowed(
         self, piece: int, span: _Span, rate: flint.arb, smallest: Fraction
     ) -> Iterator[_Span]:
-        """Cut off the ends of a span where the function has a sign; its rate has one throughout."""
+        """Cut off the ends of a span where the function has a sign; its rate keeps its sign."""
         low, high, way = span.low, span.high, span.way
         while True:
             width, middle = high - low, (low + high) / 2
@@ -472,7 +474,7 @@ def _estimated_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
 
 
 def _states(run: Trajectory, pieces: range, s: Any) -> Any:
-    """Return states at places in pieces in binary64, shape (states, pieces, places)."""
+    """Return states at positions s in pieces, in binary64, shape (states, pieces, positions)."""
     unit = 1 << run.grid
     found = np.zeros((len(run.states), len(pieces), len(s)))
     for row, i in enumerate(pieces):
@@ -501,7 +503,7 @@ def _check_start(run: Trajectory) -> None:
 
 
 def _fraction(t: flint.arb) -> Fraction:
-    """Return the midpoint of a time, rounded down to 2^-40 s."""
+    """Return the midpoint of a time, rounded down to a multiple of 2^-40 s."""
     return Fraction(floor(t.mid() * 2**40), 2**40)
 
 

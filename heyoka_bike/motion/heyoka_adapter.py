@@ -251,7 +251,7 @@ def tolerance_of(order: int) -> float:
 
 
 class Outcome(Enum):
-    """How a step ended."""
+    """The reason why a step ended."""
 
     TAKEN = "as long as the tolerance allows"
     LIMITED = "as long as it may be"
@@ -260,7 +260,7 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TaylorStep:
-    """A Taylor step.
+    """The result of a Taylor step.
 
     Attributes
     ----------
@@ -329,12 +329,12 @@ class TaylorIntegrator:
 
     @property
     def state(self) -> Array:
-        """The state, shape (variables,), in native numbers."""
+        """The state in native numbers, shape (variables,)."""
         found: Array = self._adaptive.state
         return found
 
     def begin(self, time: Any, state: Sequence[Any] | Array) -> None:
-        """Set time and state."""
+        """Set the time and the state at which the next step begins."""
         self._adaptive.time = time
         self._adaptive.state[:] = state
 
@@ -345,11 +345,11 @@ class TaylorIntegrator:
         return TaylorStep(found, float(self._adaptive.last_h), self._adaptive.tc)
 
     def until(self, end: Any) -> None:
-        """Integrate up to a time."""
+        """Integrate up to the time `end`."""
         self._adaptive.propagate_until(end)
 
     def over(self, times: Array) -> tuple[Array, int]:
-        """Return states at times, shape (n, variables), and the number of steps.
+        """Return the states at some times, shape (n, variables), and the number of steps.
 
         There are fewer states than times if the motion ends early.
         """
@@ -359,7 +359,7 @@ class TaylorIntegrator:
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """Results of motions that were integrated side by side.
+    """Results of motions that were integrated side by side, each in a lane of a vector.
 
     Attributes
     ----------
@@ -378,7 +378,7 @@ class Lanes:
 
 
 class TaylorBatch:
-    """Motions side by side, each in a lane of a vector and with its own steps; unrolled code.
+    """Integrator of motions side by side, each in a lane of a vector with its own steps.
 
     Parameters
     ----------
@@ -414,7 +414,7 @@ class TaylorBatch:
     def over(
         self, states: Array, times: Array, parameters: Array | None = None, *, most_steps: int
     ) -> Lanes:
-        """Integrate from time 0.
+        """Integrate the motions from time 0, and return their states at given times.
 
         Parameters
         ----------

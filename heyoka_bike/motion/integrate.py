@@ -118,7 +118,7 @@ def integrate(
 
 
 class TrailTooSmallError(Exception):
-    """Raised to leave the few-product form."""
+    """The mechanical trail has become too small for the few-product form of the equations."""
 
 
 def _integrate(
@@ -194,7 +194,7 @@ def _adaptive(
 def _piece(
     native: NativeNumbers, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
 ) -> tuple[tuple[int, ...], ...]:
-    """Return coefficients in s = t / h as integers times 2^-grid; the constant one is the state."""
+    """Return polynomials in s = t / h as integers times 2^-grid; the state is the constant term."""
     halvings = h.denominator.bit_length() - 1
     piece = []
     for x0, row in zip(state, coefficients, strict=True):
@@ -212,7 +212,7 @@ def _piece(
 
 
 class _Watch:
-    """Watches the divisors of the equations."""
+    """Watches divisors of the equations, which become zero at singularities."""
 
     def __init__(self, equations: Equations, least_trail: float) -> None:
         self.least_trail = least_trail
@@ -242,7 +242,8 @@ class _Watch:
             "the rolling conditions of the wheels become dependent": abs(o.den),
         }
         if self.is_regular:
-            # The motion can go on here; only these variables fail to describe it. See `rear_rates`.
+            # The motion can continue here, but these state variables do not describe it; see
+            # `rear_rates`.
             turn = "roll and steer rate no longer give the turn rate"
             candidates[turn] = abs(turn_divisor(o))
         what = min(candidates, key=candidates.__getitem__)

@@ -78,7 +78,7 @@ class Trajectory(Displayed):
 
     @property
     def words(self) -> tuple[str, str]:
-        """Bicycle and maneuver, and the method of the run."""
+        """Two texts: bicycle and maneuver, and the method of the run."""
         form = "regular" if self.is_regular else "with few products"
         return (
             f"trajectory of {self.bicycle.name}, {self.maneuver.name}",
@@ -121,7 +121,7 @@ class Trajectory(Displayed):
     def around(
         self, piece: int, t: Fraction, scale: flint.arb, terms: int
     ) -> list[list[flint.arb]]:
-        """Return the first Taylor coefficients of the state at `t` [s], in time / `scale`."""
+        """Return the state's first Taylor coefficients at `t` [s], in powers of time / `scale`."""
         unit, h = (
             flint.arb(2) ** -self.grid,
             exact_ball(self.breaks[piece + 1] - self.breaks[piece]),
@@ -181,7 +181,7 @@ class Piece:
         return a.polynomials([[c * unit for c in row] for row in self.rows])
 
     def at(self, points: Sequence[flint.arb]) -> list[Number]:
-        """Return the state variables at some s, in flint's precision."""
+        """Return the state variables at several s, in flint's precision."""
         unit = flint.arb(2) ** -self.grid
         polynomials = [flint.arb_poly([c * unit for c in row]) for row in self.rows]
         return [array(map(p, points)) for p in polynomials]
@@ -202,7 +202,7 @@ class Piece:
 
 
 class Stretch(NamedTuple):
-    """A piece, and bounds on the distance of the exact motion from each of its rows."""
+    """A piece, with bounds on the distance of the exact motion from each of its polynomials."""
 
     piece: Piece
     bounds: tuple[Fraction, ...]
@@ -237,7 +237,7 @@ class Certificate:
 
     @property
     def claimed(self) -> Certificate:
-        """The claim in certificate.json: bounds over the whole run, as short decimals."""
+        """The bounds as certificate.json states them: over the whole run, as short decimals."""
         worst = [max(column) for column in zip(*self.pieces, strict=True)]
         bounds = tuple(Fraction(decimal_above(x)) for x in worst)
         return Certificate(self.states, (bounds,) * len(self.pieces), self.end)
@@ -303,7 +303,7 @@ class Evaluator:
         return dict(self.equations.columns(self.state(t, piece)))
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
-        """Return the state at time `t`; for a ball without a piece, the union over its pieces."""
+        """Return the state at time `t`; without `piece`, a ball may extend over several pieces."""
         if piece is None:
             if not isinstance(t, Fraction):
                 return self._across(t)

@@ -1,1 +1,1 @@
-"""Number types without a bicycle in them."""
+"""Number types and numerical methods that do not depend on the bicycle."""

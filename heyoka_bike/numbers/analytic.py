@@ -29,19 +29,19 @@ from heyoka_bike.numbers.ball_matrices import total
 
 
 class AtPoints(Balls):
-    """Values of functions at some points: a number is an array of real or complex balls."""
+    """Arithmetic of function values at some points: a number is an array of balls."""
 
     def elementary(self, name: str, x: Number) -> Number:
         """Apply the function to each value. Square roots need radicands with positive real part."""
         return each(lambda z: getattr(z, name)(), x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Return the angle of a point with positive x, as the arc tangent."""
+        """Return the angle of a point with positive x, computed as an arc tangent."""
         return self.elementary("atan", y / x)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # Sum the terms themselves: adding them to an array of zeros would cost as much as one more
-        # term.
+        # Add the terms to each other: adding them to an array of zeros would cost as much as one
+        # more term.
         return sum(terms)
 
 
@@ -92,23 +92,23 @@ class Samples(AtPoints):
     @classmethod
     @cache
     def of(cls, bits: int, length: int, radius: int) -> Samples:
-        """Return cached samples: many functions along many pieces use the same ones."""
+        """Return samples from a cache, because functions along many pieces use the same ones."""
         return cls(bits, length, radius)
 
     @property
     def left_out(self) -> flint.arb:
-        """Largest distance of the polynomial from the function for abs(s) <= 1, divided by M."""
+        """Largest error of the polynomial for abs(s) <= 1, divided by the function's bound M."""
         return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
 
     def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
-        """Evaluate polynomials of any degree, given by their coefficients."""
+        """Evaluate polynomials of any degree at the points, from their coefficients."""
         count = self._cos.nrows()
         folded = flint.arb_mat([[total(row[k::count]) for k in range(count)] for row in rows])
         parts = (folded * self._cos).table(), (folded * self._sin).table()
         return [array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
 
     def coefficients(self, values: Sequence[Number]) -> list[list[flint.arb]]:
-        """Return the first Taylor coefficients of functions, each with the terms folded onto it."""
+        """Return the first Taylor coefficients of functions, with other terms folded onto them."""
         count = self._cos.ncols()
         rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
         table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
@@ -116,7 +116,7 @@ class Samples(AtPoints):
         return found
 
     def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
-        """Return the Taylor coefficients of a matrix, by power; an integer 0 is a zero entry."""
+        """Return the Taylor coefficients of a matrix, by power; an entry may be the integer 0."""
         flat = [x for row in table for x in row]
         places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
         by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
@@ -130,7 +130,7 @@ class Samples(AtPoints):
 
 
 def geometric(radius: int, length: int) -> flint.arb:
-    """Return the sum of R^-m for m >= length: the terms that a polynomial of that length lacks."""
+    """Return the sum of R^-m for m >= length: the terms that `length` coefficients leave out."""
     ratio = flint.arb(1) / radius
     return ratio**length / (1 - ratio)
 
@@ -175,12 +175,12 @@ class Rim(Balls):
         self._signs: list[int] = []
 
     def start(self, arcs: int) -> None:
-        """Begin the evaluation on this many arcs."""
+        """Begin an evaluation on this many arcs."""
         self.clear, self.reason = np.ones(arcs, dtype=bool), ""
         self._position = 0
 
     def watch(self, x: Number) -> None:
-        """Record the sign of the real parts.
+        """Record the sign of the real part of a divisor or radicand, for each arc.
 
         Raises
         ------
@@ -202,7 +202,7 @@ class Rim(Balls):
             self.clear, self.reason = self.clear & is_clear, self.reason or reason
 
     def value(self, x: Number) -> Value:
-        """Return a complex ball, or an array of them, as a watched number."""
+        """Return a complex ball, or an array of them, as a number whose divisions are recorded."""
         return Value(x, self)
 
     def elementary(self, name: str, x: Number) -> Number:
@@ -225,8 +225,8 @@ class Rim(Balls):
         return Value(each(flint.acb.atan, ratio), self)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # Sum the terms themselves: adding them to an array of zeros would cost as much as one more
-        # term.
+        # Add the terms to each other: adding them to an array of zeros would cost as much as one
+        # more term.
         return sum(terms)
 
 
@@ -241,7 +241,7 @@ def _is_positive(x: Number) -> Any:
 
 
 class Value:
-    """A complex ball whose divisions are watched, or an array of them."""
+    """A complex ball, or an array of them, whose divisions are recorded."""
 
     __slots__ = ("rim", "x")
 

@@ -145,12 +145,12 @@ def value_of(x: Number) -> Number:
 
 
 def exact_ball(value: Fraction) -> flint.arb:
-    """Return the rational as a ball at flint's current precision; exact if it fits."""
+    """Return a rational number as a ball at flint's precision; exact if it fits."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
 def span_ball(low: Fraction, high: Fraction) -> flint.arb:
-    """Return a ball that contains all numbers between two."""
+    """Return a ball that contains all numbers between `low` and `high`."""
     return flint.arb(exact_ball((low + high) / 2), exact_ball((high - low) / 2).upper())
 
 
@@ -173,7 +173,7 @@ def upper_fraction(x: flint.arb) -> Fraction:
 
 
 def dyadic(x: flint.arb) -> Fraction:
-    """Return a ball of radius zero as a fraction."""
+    """Return the value of a ball of radius zero as a fraction."""
     man, exp = map(int, x.man_exp())
     return Fraction(man << max(exp, 0), 1 << max(-exp, 0))
 

@@ -36,7 +36,7 @@ class Nodes:
 
     @property
     def lebesgue(self) -> flint.arb:
-        """Lebesgue constant: largest ratio of a polynomial to its values at the nodes."""
+        """Lebesgue constant: bounds a polynomial's maximum, relative to its values at the nodes."""
         count = len(self.x)
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
@@ -52,7 +52,7 @@ class Nodes:
 
 
 def chebyshev_nodes(count: int) -> list[flint.arb]:
-    """Return the zeros of T_count."""
+    """Return the zeros of the Chebyshev polynomial T_count."""
     return [flint.arb.cos_pi_fmpq(angle) for angle in _angles(count)]
 
 
@@ -61,16 +61,16 @@ def _angles(count: int) -> list[flint.fmpq]:
 
 
 def in_between(degree: int, count: int) -> flint.arb:
-    """Return the largest ratio of a polynomial to its values at `count` > degree nodes."""
+    """Bound a polynomial's maximum, relative to its values at `count` > degree nodes."""
     return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
 
 
 def ellipse(radius: int) -> flint.arb:
-    """Return the sum of half axes of the largest ellipse with foci -1, 1 in a circle about 0."""
+    """Return the sum of half axes of the largest ellipse with foci -1 and 1 inside a circle."""
     r = flint.arb(radius)
     return r + (r * r - 1).sqrt()
 
 
 def basis(x: Sequence[flint.arb], orders: int) -> flint.arb_mat:
-    """Return T_0 .. T_(orders - 1), in columns, at some x."""
+    """Return T_0 .. T_(orders - 1) at some x: a row for each x, a column for each order."""
     return flint.arb_mat([[t.chebyshev_t(k) for k in range(orders)] for t in x])

@@ -16,7 +16,7 @@ def total(terms: Iterable[flint.arb]) -> flint.arb:
 
 
 def largest(terms: Iterable[flint.arb]) -> flint.arb:
-    """Return an upper bound of nonnegative balls."""
+    """Return an upper bound of the largest of some nonnegative balls."""
     worst = flint.arb(0)
     for x in terms:
         worst = worst.max(x)
@@ -98,8 +98,8 @@ def fundamental(
 
     def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
         sizes = [norm(m, weights) for m in p]
-        # Terms of the products of order len(a) - 1 and higher, an order that Y' and V' do not
-        # reach.
+        # Terms of the products whose order is len(a) - 1 or higher. Y' and V' have no terms of
+        # these orders.
         beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
         return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
 

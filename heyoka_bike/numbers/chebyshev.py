@@ -31,7 +31,8 @@ _POINTS_AT_ONCE = 8192
 def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
     """Return the index of the piece of each time; a break belongs to the piece on its right."""
     piece = np.searchsorted(breaks, t[0], side="right") - 1
-    # The high part of a time just before a break may equal the break.
+    # The high part of a time just before a break may equal the break; its low part is then
+    # negative.
     inside = np.clip(piece, 0, len(breaks) - 2)
     before = (t[0] == breaks[inside]) & (t[1] < 0)
     found: NDArray[np.intp] = np.clip(inside - before, 0, len(breaks) - 2)
@@ -151,8 +152,8 @@ def double_sums(breaks: Array, c: Double, t: Double) -> Double:
         for p, i, j in pieces:
             c1, c2, c3 = (part[:, p] for part in slices)
             of = slice(i, j)
-            # The first two products are exact, with at most 48 bits each; the last one is 2^-38 of
-            # the first.
+            # The first two products are exact, with at most 48 bits each. The last one is 2^-38 of
+            # the first, so binary64 is sufficient for it.
             leading = c1 @ t1[:, of]
             middle = c1 @ t2[:, of] + c2 @ t1[:, of]
             last = c1 @ t3[:, of] + c2 @ t23[:, of] + c3 @ polynomials[0][:, of]
@@ -167,7 +168,7 @@ _Pieces = list[tuple[int, int, int]]
 
 
 def _blocks(breaks: Array, t: Double) -> Iterator[tuple[slice, _Pieces, NDArray[np.intp]]]:
-    """Yield the rows of each block, its stretches (piece, start, end), and each row's piece."""
+    """Yield, for each block of times, its rows, its runs (piece, start, end), and their pieces."""
     piece = locate(breaks, t)
     for start in range(0, len(piece), _TIMES_AT_ONCE):
         of = piece[start : start + _TIMES_AT_ONCE]
@@ -195,7 +196,7 @@ def _polynomials(x: Double, count: int) -> Double:
 
 
 def _slices(a: Double) -> tuple[Array, Array, Array]:
-    """Split numbers up to 1 into 21 bits, the next 21 bits, and the rest."""
+    """Split numbers of size up to 1 into 21 bits, the next 21 bits, and the rest."""
     one, two = 2.0**_SLICE, 2.0 ** (2 * _SLICE)
     first = np.rint(a[0] * one) / one
     rest = a[0] - first

@@ -37,7 +37,8 @@ ROUNDS_OF_NEWTON = 5
 binary64, and two more allow for a start that is farther away."""
 
 _SPLITTER = 2.0**27 + 1.0
-# Number of times that the argument is halved; the truncation error of the series is below 1e-33.
+# The argument of sine and cosine is halved this many times, so that the truncation error of the
+# series is below 1e-33.
 _HALVINGS_OF_ARGUMENT = 4
 _TERMS_OF_SERIES = 18
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582")
@@ -81,7 +82,7 @@ def two_sum(a: Array, b: Array) -> Double:
 
 
 def fast_two_sum(a: Array, b: Array) -> Double:
-    """Return the exact sum of two binary64 numbers, the first the larger one."""
+    """Return the exact sum of two binary64 numbers, of which the first must be the larger one."""
     s = a + b
     return s, b - (s - a)
 
@@ -116,7 +117,7 @@ def multiply(x: Double, y: Double) -> Double:
 
 
 def divide(x: Double, y: Array, y_lo: Array | float = 0.0) -> Double:
-    """Return the quotient by y + y_lo, to about 2^-103."""
+    """Return x divided by y + y_lo, to about 2^-103."""
     q = x[0] / y
     p, e = two_product(q, y)
     rest = ((x[0] - p) - e + (x[1] - q * y_lo)) / y
@@ -124,7 +125,7 @@ def divide(x: Double, y: Array, y_lo: Array | float = 0.0) -> Double:
 
 
 def root(x: Double) -> Double:
-    """Return the square root, to about 2^-103."""
+    """Return the square root of x, to about 2^-103."""
     r = np.sqrt(x[0])
     p, e = two_product(r, r)
     rest = (x[0] - p) - e + x[1]

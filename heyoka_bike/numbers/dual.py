@@ -70,7 +70,7 @@ class Dual(Differentiated):
     __rmul__ = __mul__
 
     def chain(self, value: Number, slope: Number) -> Dual:
-        """Return a function of this number, from the value and the derivative of the function."""
+        """Return a function of this number, given the value and the derivative of the function."""
         return Dual(value, tuple([_times(p, slope) for p in self.slopes]))
 
 
@@ -81,7 +81,7 @@ class Duals(Arithmetic):
         self.inner = inner
 
     def variables(self, values: Sequence[Number]) -> list[Dual]:
-        """Return the values as independent variables."""
+        """Return dual numbers of independent variables with these values."""
         n = len(values)
         return [Dual(x, tuple(1 if i == j else 0 for j in range(n))) for i, x in enumerate(values)]
 
@@ -111,7 +111,7 @@ class Duals(Arithmetic):
         return by_y + x.chain(0 * x.value, -y.value / square)
 
 
-# Proofs create tens of millions of these, so the cost of function calls matters.
+# Proofs create tens of millions of dual numbers, so the cost of function calls matters.
 
 
 def _is_zero(x: Number) -> bool:
@@ -147,7 +147,7 @@ _places = count()
 
 
 class Traced:
-    """A number with its operands, each with its contribution to derivatives.
+    """A number that stores its operands, and the contribution of each to derivatives.
 
     Attributes
     ----------
@@ -244,7 +244,8 @@ class Traces(Arithmetic):
 
         def give(to: Traced, share: Number) -> None:
             if to.place in found:
-                # Do not add in place: the array may also be the contribution to another derivative.
+                # Do not add in place, because the array may also be the contribution to another
+                # derivative.
                 found[to.place] = found[to.place] + share
             else:
                 found[to.place] = share

@@ -135,7 +135,7 @@ class Exact:
 
     @property
     def is_moderate(self) -> bool:
-        """True if both parts are zero or from 1e-300 to 1e300, of at most 640 digits."""
+        """True if each part is zero or from 1e-300 to 1e300, and has at most 640 digits."""
         return all(
             part == 0
             or (

@@ -22,7 +22,7 @@ Value = flint.arb | Fraction
 
 @dataclass(frozen=True, slots=True)
 class Enclosure:
-    """An interval; for an exactly known number both ends are equal."""
+    """An interval that contains a number; both ends are equal if the number is known exactly."""
 
     low: Fraction
     high: Fraction
@@ -52,16 +52,16 @@ class Enclosure:
         return (0.0 if self.holds_zero else float((self.low + self.high) / 2)), False
 
     def minus(self, *numbers: float) -> Enclosure:
-        """Return the enclosure of the number minus some others."""
+        """Return the enclosure of the enclosed number minus the given numbers."""
         less = sum(map(Fraction, numbers))
         return Enclosure(self.low - less, self.high - less)
 
     def size(self) -> Fraction:
-        """Return the largest absolute value."""
+        """Return the largest absolute value in the enclosure."""
         return max(-self.low, self.high)
 
     def decimal(self, digits: int) -> str | None:
-        """Return the number to significant digits; None if the enclosure does not decide them."""
+        """Return the number with this many digits; None if the enclosure does not decide them."""
         low, high = (_decimal(end, digits) for end in (self.low, self.high))
         return low if low == high else None
 

@@ -1,4 +1,4 @@
-"""Formulas as source code, from evaluating them with numbers that record statements.
+"""Source code of formulas, made by evaluating them with numbers that record statements.
 
 The source is a list of assignments to names, one operation each, in a syntax that C and JavaScript
 share; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. An operation that occurs again on the
@@ -26,7 +26,7 @@ _OPERATIONS_OF_CODE = {"+": add, "-": sub, "*": mul, "/": truediv}
 
 
 class Recorded:
-    """A value in the source: a name or a literal."""
+    """A value in the source code: a name or a literal."""
 
     __slots__ = ("code", "text", "value")
 
@@ -84,7 +84,7 @@ class StraightLine(Arithmetic):
         self._names: dict[str, Recorded] = {}
 
     def variable(self, text: str) -> Recorded:
-        """Return a value that already has a name."""
+        """Return a value that stands for the variable of this name."""
         return Recorded(self, text)
 
     def literal(self, value: float) -> Recorded:
@@ -136,7 +136,7 @@ class StraightLine(Arithmetic):
         if sign == "*" and x.value == 1:
             return y
         if x.is_negative or y.is_negative:
-            # Move signs out, so that a product and its negative share one statement.
+            # Move signs outside, so that a product and its negative share one statement.
             plain = self._product(sign, self._magnitude(x), self._magnitude(y))
             return plain if x.is_negative == y.is_negative else self.negative(plain)
         if sign == "*" and x.value is None and y.text < x.text:
@@ -161,7 +161,7 @@ class StraightLine(Arithmetic):
 
 
 def needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:
-    """Return the statements that the results depend on, in order."""
+    """Return, in order, the statements on which the results depend."""
     wanted = set(_PATTERN_OF_NAME.findall(" ".join(results)))
     for name, text in reversed(list(statements.items())):
         if name in wanted:
@@ -174,7 +174,7 @@ _INDENT = "    "
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """The syntax of functions in a language.
+    """The syntax of functions in a programming language.
 
     Attributes
     ----------
@@ -218,7 +218,7 @@ class Language:
     literal: str = ""
 
     def at(self, name: str, *indices: int) -> str:
-        """Return a number of an array; indices count from 0."""
+        """Return the code of an entry of an array; indices count from 0."""
         return name + self._bracketed([i + self.first for i in indices])
 
     def _bracketed(self, numbers: Sequence[int]) -> str:
@@ -269,12 +269,12 @@ class Language:
         return "\n".join([opening, *(_INDENT + line for line in lines), closing, ""])
 
     def statements(self, named: Mapping[str, str]) -> list[str]:
-        """Return a line for each recorded operation."""
+        """Return a line of code for each recorded operation."""
         return [self.statement.format(name=x, value=text) + self.end for x, text in named.items()]
 
 
 def _flat(values: Sequence[Number]) -> dict[tuple[int, ...], Number]:
-    """Return the numbers of a vector or of the rows of a matrix by their indices."""
+    """Return the entries of a vector, or of a matrix given by rows, by their indices."""
     if not isinstance(values[0], Sequence):
         return {(i,): x for i, x in enumerate(values)}
     return {(i, j): x for i, row in enumerate(values) for j, x in enumerate(row)}

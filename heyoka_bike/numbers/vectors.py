@@ -8,17 +8,17 @@ Quaternion = tuple[Number, Number, Number, Number]
 
 
 def plus(u: Vector, v: Vector) -> Vector:
-    """Return the sum."""
+    """Return u + v."""
     return u[0] + v[0], u[1] + v[1], u[2] + v[2]
 
 
 def minus(u: Vector, v: Vector) -> Vector:
-    """Return the difference."""
+    """Return u - v."""
     return u[0] - v[0], u[1] - v[1], u[2] - v[2]
 
 
 def scaled(factor: Number, v: Vector) -> Vector:
-    """Return the multiple."""
+    """Return the vector multiplied by the factor."""
     return factor * v[0], factor * v[1], factor * v[2]
 
 

@@ -148,7 +148,7 @@ FILES: Mapping[str, Holding] = {
 
 
 def title_of(version: str) -> str:
-    """Return the title of a dataset of this version: that of the benchmark, or of a custom one."""
+    """Return the title of a dataset of this version, with a separate title for custom datasets."""
     return "Reference solutions of an uncontrolled bicycle" if version == CUSTOM else TITLE
 
 
@@ -201,7 +201,7 @@ _COMMENTS = {
 def about(
     name: str, inputs: Mapping[str, Any], version: str, content: str | None = None
 ) -> dict[str, str]:
-    """Return the attributes of a whole HDF5 file, the first of which serve to find and cite it.
+    """Return the attributes of a whole HDF5 file; the first ones serve to find and cite the file.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def about(
 
 
 def describe(manifest: Manifest, columns: Sequence[Column] = COLUMNS) -> dict[str, bytes]:
-    """Return card and RO-Crate of a dataset by file name; none of a custom dataset.
+    """Return the card and the RO-Crate of a dataset by file name; a custom dataset has neither.
 
     `columns` are those of the dataset, by default all.
     """

@@ -1,4 +1,4 @@
-"""Columns that a dataset does not store, or stores only at rows: they follow from others.
+"""Columns computed from others: those that a dataset does not store, or stores only at rows.
 
 A friction demand has no dense pieces, because the magnitude of the tangential force has a corner
 where the force vanishes. Definitions that are newer than a dataset (see `columns.FOLLOWING`) are
@@ -24,7 +24,7 @@ Formula = Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Any]
 
 @dataclass(frozen=True, slots=True)
 class Follows:
-    """The formula of a column that follows from others.
+    """The formula of a column that is computed from other columns.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ def _rear_com(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> tuple[Any, 
 
 
 def _from_the_hub(p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return the upright rear frame's centre of mass from the rear hub [m], forward and down."""
+    """Return the upright rear frame's centre of mass relative to the rear hub [m]: ahead, down."""
     return p["xB"], p["zB"] + p["rR"]
 
 
@@ -79,7 +79,7 @@ def _rear_com_global_x(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> An
 
 
 def _zyx(a: Any, c: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return the frame's x axis projected on the floor: across the heading and along it."""
+    """Project the frame's x axis onto the floor: components across and along the heading."""
     return a.sin(c["roll_angle"]) * a.sin(c["pitch"]), a.cos(c["pitch"])
 
 
@@ -134,8 +134,8 @@ def with_following(
     if not follow:
         return found
     hi, lo = dict(found.hi), dict(found.lo)
-    # Each column is one number object, so that formulas of the same angle share its sine and
-    # cosine.
+    # Make one number object for each column, so that formulas of the same angle share its cached
+    # sine and cosine.
     exactly = {n: Doubles(hi[n], lo[n]) for n in lo}
     for name, how in follow.items():
         exact = {p: _value(parameters[p]) for p in how.parameters}

@@ -25,11 +25,12 @@ from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import Manifest, hdf5_version
 from heyoka_bike.reference.structure import ROWS_APART, STATED
 
-# Tolerance of sensitivities: three times 2^-50 of their scale. The scale is rounded up to a power
-# of two.
+# Tolerance of the sum of the derivatives of the energies: three roundings to multiples of 2^-50 of
+# their scale, which is rounded up to a power of two.
 _GRID = 3 * 2.0**-50
 
-# Roundoff of evaluating 24 coefficients in binary64, relative to the largest coefficient.
+# Roundoff of evaluating a Chebyshev sum of 24 coefficients in binary64, relative to the largest
+# coefficient.
 _ROUNDOFF_OF_CHEBYSHEV = 2.0**-47
 
 STATES_OF_FORM = {
@@ -66,12 +67,12 @@ class SetForm:
 
     @property
     def version(self) -> str:
-        """Version that last changed the HDF5 files."""
+        """Version of the dataset that last changed the HDF5 files."""
         return hdf5_version(self.manifest.dataset_version)
 
 
 class Unchecked(str):
-    """An item that is not compared, because the dataset is older than the version that added it."""
+    """An item that is not checked, because the dataset is older than the version that added it."""
 
 
 class UnusableError(Exception):
@@ -79,7 +80,7 @@ class UnusableError(Exception):
 
 
 def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str]:
-    """Return the problems found, or the reason why the file cannot be read."""
+    """Return the problems that a check finds in a file, or the reason why it cannot be read."""
     found: list[str] = []
     try:
         found.extend(look(*arguments))
@@ -93,7 +94,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
 ) -> SetForm:
-    """Return the expected contents of a dataset; for an unreadable file, all columns."""
+    """Return the expected contents of a dataset; expect all columns of an unreadable file."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
     for name, known in structure.COLUMNS_OF.items():
@@ -110,7 +111,7 @@ def expected(
 
 
 def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
-    """Yield problems of an HDF5 file: attributes, groups by maneuver, and hash of the numbers."""
+    """Yield the problems of an HDF5 file: wrong attributes, maneuvers, or hash of the numbers."""
     inputs, version = e.manifest.inputs, e.version
     with hdf5.opened(raw) as f:
         said = f.attrs.get("content_sha256")
@@ -137,7 +138,7 @@ def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
 
 
 def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
-    """Yield problems of states.h5, except for its numbers."""
+    """Yield the problems of the structure of states.h5, but not of its numbers."""
     with hdf5.opened(raw) as f:
         root = about(layout.STATES_HDF5, e.manifest.inputs, e.version)
         yield from _group(f, structure.states(root, f["state"].size), e)
@@ -146,10 +147,10 @@ def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
 def _columns(
     group: Any, declared: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str
 ) -> Iterator[str]:
-    """Yield problems of a group of columns; an older dataset may lack some of the layout."""
+    """Yield the problems of a group of columns; that of an older dataset may lack some members."""
     breaks = "breaks" if name == layout.SENSITIVITIES else "dense/breaks"
     if name == layout.MOTION and _is_older(group) and "dense" in group:
-        # Before version 1.3.0, datasets contain only the rows of some columns, and no dense output.
+        # Datasets before 1.3.0 contain no dense output of some columns, only their rows.
         dense, stored = declared.groups["dense"], set(group["dense"])
         there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
         if there != dense.datasets:
@@ -169,7 +170,7 @@ def _columns(
 
 
 def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[str]:
-    """Yield problems of derivatives that do not agree with each other."""
+    """Yield the contradictions between the derivatives that a group stores."""
     if e.has_bounds:
         yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
@@ -180,7 +181,7 @@ def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[
 
 
 def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
-    """Yield rows of derivatives that differ from the pieces by more than both bounds."""
+    """Yield columns whose derivatives at rows differ from the pieces by more than both bounds."""
     x = read_group(group)
     times = [float(maneuver.time(i * ROWS_APART)) for i in range(len(x.time))]
     if not np.array_equal(x.time, times):
@@ -199,7 +200,7 @@ def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
 
 
 def _do_increase(breaks: Array) -> bool:
-    """Return whether breaks increase from 0."""
+    """True if the breaks begin at 0 and increase."""
     return bool(breaks[0] == 0 and (np.diff(breaks) > 0).all())
 
 
@@ -214,7 +215,7 @@ def _group(group: Any, declared: hdf5.Group, e: SetForm) -> Iterator[str]:
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
-    """Yield members that are missing, or not described."""
+    """Yield the expected members that a group lacks, and its members that are not expected."""
     found = set(group)
     for name in expected:
         if name not in found:
@@ -224,7 +225,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
 
 
 def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
-    """Yield problems of a dataset: type, shape, attributes, dimension scales, numbers."""
+    """Yield the problems of a dataset: wrong type, shape, attributes, scales or numbers."""
     dataset = group[item.name]
     _check_shape(dataset, item)
     yield from _attributes(dataset, item.attributes)
@@ -254,14 +255,14 @@ def _check_shape(dataset: Any, item: hdf5.Dataset) -> None:
 
 
 def _is_older(item: Any) -> bool:
-    """Return whether an item is in a file of a dataset before 1.5.0."""
+    """True if an item belongs to a dataset before 1.5.0."""
     return "keywords" not in item.file.attrs
 
 
 def _attributes(
     item: Any, expected: Mapping[str, Any], *, is_strict: bool = False
 ) -> Iterator[str]:
-    """Yield attributes that are missing, unknown or different; older datasets may vary."""
+    """Yield the attributes that are missing, unknown or wrong; those of older datasets may vary."""
     found = set(item.attrs) - hdf5.SCALE_ATTRIBUTES
     if _is_older(item) and not is_strict:
         found -= {"axis"} | (_REWORDED - expected.keys())
@@ -278,7 +279,7 @@ def _attributes(
 def _trajectory(
     group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm
 ) -> Iterator[str]:
-    """Yield problems of the group of a candidate."""
+    """Yield the problems of the group that stores the candidate of a maneuver."""
     said = {name: group.attrs.get(name) for name in STATED}
     yield from _attributes(group, {**inputs, **said}, is_strict=True)
     yield from problems_of_candidate(group, maneuver)

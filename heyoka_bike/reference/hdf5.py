@@ -55,7 +55,7 @@ _NO_COLUMNS = frozenset(("time", "breaks", "piece", "order", "dense", "rows"))
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """A dataset of a group.
+    """Declaration of a dataset in a group.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Dataset:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A group, or a whole file; attributes and members are in order of creation.
+    """Declaration of a group or of a whole file; attributes and members are in order of creation.
 
     Attributes
     ----------
@@ -101,17 +101,17 @@ class Group:
 
     @property
     def members(self) -> tuple[str, ...]:
-        """Names of the datasets and groups inside."""
+        """Names of the datasets and groups in this group."""
         return (*(dataset.name for dataset in self.datasets), *self.groups)
 
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
-    """Map items to the names of the maneuvers' groups."""
+    """Map the group name of each maneuver (maneuver_1, ...) to its item."""
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 
 def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:
-    """Return the groups of this many maneuvers."""
+    """Return the groups of a file, one for each of its `count` maneuvers."""
     return [f[name] for name in by_maneuver(range(count))]
 
 
@@ -155,7 +155,7 @@ _MOST_OBJECTS = 100_000
 
 
 def _look_through(f: h5py.File, most: int) -> None:
-    """Reject a file with an object that is stored elsewhere, duplicated, or too large unpacked.
+    """Reject a file with an object that is stored elsewhere, duplicated, or too large to unpack.
 
     All datasets together may unpack to at most `most` bytes.
     """
@@ -193,7 +193,7 @@ def _look_through(f: h5py.File, most: int) -> None:
 
 
 def refuse_many_texts(item: Any, inside: bytes) -> None:
-    """Reject attributes with many texts, each of which could be the same long text of the file.
+    """Reject attributes with many texts: all could refer to the same long text of the file.
 
     Raises
     ------
@@ -232,7 +232,7 @@ _USUAL_CHUNK = 1 << 26  # [bytes]
 def why_unsafe(
     dataset: h5py.h5d.DatasetID, most: int, filters: Collection[int] | None = None
 ) -> str:
-    """Return why a dataset must not be read, as words after its name; empty if it may be.
+    """Return why a dataset must not be read, as a predicate of its name; empty if it may be read.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def why_unsafe(
 
 
 def _unpacks_to_more(dataset: h5py.h5d.DatasetID, codes: Sequence[int], most: int) -> bool:
-    """Return whether a chunk unpacks to more than `most`; HDF5 itself would unpack it all."""
+    """True if a chunk unpacks to more than `most` bytes; HDF5 would unpack a chunk of any size."""
     times = prod(_TIMES_OF.get(code, 1) for code in codes)
     if dataset.get_storage_size() * times <= most:
         return False
@@ -294,7 +294,7 @@ _MOST_UNSEEN = 500_000_000
 
 
 def _inflates_to_more(raw: bytes, most: int) -> bool:
-    """Return whether a deflate stream unpacks to more than `most` bytes."""
+    """True if a deflate stream unpacks to more than `most` bytes."""
     stream, left, step = zlib.decompressobj(), most, 1 << 20
     with suppress(zlib.error):
         while left >= 0 and not stream.eof:
@@ -324,7 +324,7 @@ def on_demand(
     group: Any, where: object, shapes: Mapping[str, tuple[int, ...]],
     may_be_nan: Collection[str] | None = None,
 ) -> Iterator[Mapping[str, Array]]:  # fmt: skip
-    """Yield the columns of a group (values, low parts and bounds), read when needed.
+    """Yield a mapping of columns, read when needed, for each part: values, low parts, bounds.
 
     Parameters
     ----------
@@ -352,7 +352,7 @@ def on_demand(
 
 
 class _OnDemand(Mapping[str, Array]):
-    """Datasets of a group by column, each read on first use."""
+    """A mapping from columns to their datasets in a group, each read on first use."""
 
     def __init__(
         self, group: Any, where: object, shape: tuple[int, ...], dataset: Mapping[str, str],
@@ -384,7 +384,7 @@ class _OnDemand(Mapping[str, Array]):
         return name in self._dataset
 
     def __reduce__(self) -> tuple[type, tuple[dict[str, Array]]]:
-        # An open file cannot be sent to another process, but its contents can.
+        # Send the contents to another process, because an open file cannot be sent.
         return dict, (dict(self),)
 
 
@@ -417,7 +417,7 @@ def read_array(group: Any, name: str, shape: tuple[int, ...] | None = None) -> A
 
 
 def render(layout: Group, data: Mapping[str, Any]) -> bytes:
-    """Return the bytes of a file from arrays by dataset name, in mappings by group name."""
+    """Return the bytes of an HDF5 file with `data`: arrays by dataset name, and groups by name."""
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         _write_group(f, layout, data, {})
@@ -425,8 +425,9 @@ def render(layout: Group, data: Mapping[str, Any]) -> bytes:
 
 
 # HDF5 places numbers in the file when their dataset is closed, and attributes when they are
-# created. The published bytes depend on this order. A dataset of columns is closed when the next
-# dataset of its shape is created. An axis is closed together with the group whose scale it is.
+# created, so the published bytes depend on the order of these operations. The dataset of a column
+# is closed when the next dataset of its shape is created. An axis is closed together with the group
+# whose scale it is.
 
 
 def _write_group(

@@ -84,7 +84,7 @@ class TextFile:
 
 
 def text_files(maneuvers: Sequence["Maneuver"]) -> tuple[TextFile, ...]:
-    """Return the text files of a dataset: for all maneuvers, or for each if time grids differ."""
+    """Return the text files of a dataset: one, or one for each maneuver if their times differ."""
     numbers = tuple(range(1, len(maneuvers) + 1))
     both = ((TEXT, False), (TEXT_50, True))
     if len({(m.rows, m.spacing) for m in maneuvers}) == 1:

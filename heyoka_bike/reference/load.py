@@ -62,7 +62,8 @@ def as_double(t: Time | object) -> Double:
         exact = np.asarray(t)
         if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
             return _plain(exact), np.zeros(exact.shape)
-        # NumPy keeps the members of a mixed list unchanged in an array of objects.
+        # Put the members of a mixed list into an array of objects, in which NumPy does not convert
+        # them.
         exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
     except ValueError:
         raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
@@ -71,7 +72,7 @@ def as_double(t: Time | object) -> Double:
 
 
 def _split(t: object) -> tuple[float, float]:
-    """Return one time as hi + lo: from a string, an exact number, or a float."""
+    """Return one time (a string, an exact number or a float) as hi + lo."""
     if isinstance(t, bytes):
         t = t.decode("utf-8", "replace")
     if isinstance(t, str):
@@ -98,7 +99,7 @@ def _split(t: object) -> tuple[float, float]:
 
 
 def _plain(x: object) -> Array:
-    """Return floats as floats; reject values that the conversion would round."""
+    """Return numbers as binary64; reject numbers of other types, such as longdouble."""
     values = np.asarray(x)
     if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
         raise InputError(f"time: found {x!r:.60}, expected floats")
@@ -107,7 +108,8 @@ def _plain(x: object) -> Array:
 
 _log = logging.getLogger(__name__)
 
-# Polynomials may be continued beyond the last piece by its length divided by this number.
+# Polynomials may be continued beyond the end of the last piece by its length divided by this
+# number.
 _PARTS_OF_PIECE = 100
 NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 """Columns that every dataset must have."""
@@ -154,18 +156,18 @@ class ReferenceManeuver(Displayed):
         try:
             is_stored = name in self.rows.hi or name not in self.at_any_time
         except TypeError:
-            # Always true here, because invalid keys are rejected where rows are looked up.
+            # The name is not hashable, so the look-up in the rows rejects it.
             is_stored = True
         return self.rows[name] if is_stored else self._at_rows([name])[name]
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns, including alternates."""
+        """Names of the columns, including alternate definitions."""
         return tuple(self.rows.hi)
 
     @cached_property
     def at_any_time(self) -> Set[str]:
-        """Names of the columns that can be evaluated; columns of older datasets may have rows only.
+        """Names of the columns that can be evaluated at any time; older datasets may lack some.
 
         They include definitions that the dataset does not store but that follow from its columns.
         """
@@ -175,7 +177,7 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def definitions(self) -> Mapping[str, tuple[Column, ...]]:
-        """The definitions of each column that the dataset has, by key, the default first.
+        """The definitions of each column that this dataset has, by key; the default comes first.
 
         Results are compared with these definitions only, although `columns.COMPARED` may have more.
         """
@@ -183,12 +185,12 @@ class ReferenceManeuver(Displayed):
 
     @property
     def breaks(self) -> Array:
-        """Ends of the dense pieces [s], shape (P + 1,)."""
+        """Ends of the pieces of the dense output [s], shape (P + 1,)."""
         return self.dense.breaks
 
     @cached_property
     def reach(self) -> float:
-        """The time [s] up to which the last polynomials describe the motion, slightly past its end.
+        """Latest time [s] at which the last polynomials describe the motion, just past its end.
 
         The continuation is a hundredth of the last piece. There T_31 is below 250, so errors of the
         coefficients cost about two of some thirty digits. Nothing is proved beyond the end.
@@ -242,7 +244,7 @@ class ReferenceManeuver(Displayed):
         return Values(*shaped, time=hi)
 
     def continued(self, times: Double, names: Sequence[str]) -> Values:
-        """Evaluate columns at times that are not checked, of shape (n,).
+        """Evaluate columns at times of shape (n,), without checking that they are within the run.
 
         The last piece is analytic: it may be continued by a tiny part of its length.
         """
@@ -280,8 +282,9 @@ class ReferenceManeuver(Displayed):
         return self._gathered(Dense.evaluate_many, t, columns)
 
     def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
-        """Return the maneuver with the columns of another file, which has equal rows."""
-        # A dataset is read only when it is used, and a ChainMap reads none.
+        """Return this maneuver with the columns of another file added; both have the same rows."""
+        # A ChainMap combines the mappings without reading any dataset; each is read when it is
+        # used.
         rows = Values(
             *(
                 ChainMap(getattr(self.rows, part), getattr(other.rows, part))
@@ -298,7 +301,7 @@ class ReferenceManeuver(Displayed):
         self, evaluate: Callable[[Dense, Double, Sequence[str]], Values], t: Double,
         names: Sequence[str],
     ) -> Values:  # fmt: skip
-        """Return columns at some times: the rows if the times are theirs, else dense output."""
+        """Return columns at given times: rows if these are their times, else dense output."""
         if np.array_equal(t[0], self.time) and np.array_equal(t[1], self.time_lo):
             return self._at_rows(names)
 
@@ -315,7 +318,7 @@ class ReferenceManeuver(Displayed):
         return with_following(from_pieces, names, self.parameters)
 
     def _at_rows(self, names: Sequence[str]) -> Values:
-        """Return columns at the rows: stored ones, and those that follow from them."""
+        """Return columns at the rows: stored columns, and those computed from stored columns."""
         hi, lo = self._at_rows_known
 
         def stored(names: Sequence[str]) -> Values:
@@ -332,7 +335,7 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def _at_rows_known(self) -> tuple[ChainMap[str, Array], ChainMap[str, Array]]:
-        """Columns at the rows, hi and lo; computed columns are added on first use."""
+        """Columns at the rows, as hi and lo; `_at_rows` adds the computed columns on first use."""
         rows: Any = self.rows
         return ChainMap({}, rows.hi), ChainMap({}, rows.lo)
 
@@ -376,7 +379,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
 
     @cached_property
     def most_apart(self) -> float:
-        """Largest spacing [s] between rows of a result that still shows the motion between them.
+        """Largest spacing [s] of a result's rows that still show the motion between them.
 
         It is the length of the longest dense piece of the quickest maneuver: 0.25 s for the
         benchmark. Errors of wrong motions oscillate mainly with the weave, or at twice its
@@ -408,7 +411,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         return load_sensitivities(self.folder)
 
     def with_motion(self) -> Reference | None:
-        """Return the reference with the columns of its motion.h5; None if there is none.
+        """Return the reference with the columns of its motion.h5; None if it has no such file.
 
         Raises
         ------
@@ -422,12 +425,12 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
 
     @property
     def judged(self) -> tuple[int, ...]:
-        """Numbers of the maneuvers that are judged by eq. (1), see their ``performance_limit``."""
+        """Numbers of the maneuvers to which eq. (1) applies: those with a ``performance_limit``."""
         return tuple(n for n in self if self[n].performance_limit is not None)
 
     @property
     def times(self) -> Array:
-        """Times of the rows [s], shape (rows,), if all maneuvers have the same.
+        """Times of the rows [s], shape (rows,), which must be the same for all maneuvers.
 
         Raises
         ------
@@ -490,14 +493,14 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     return reference
 
 
-# Loaded references by folder and hash of the manifest. They are kept because computing their
-# columns takes longer than reading the files.
+# Cache of loaded references by folder and hash of the manifest. A loaded reference keeps its
+# computed columns, which take longer to compute than the files take to read.
 _loaded: dict[tuple[Path, str], Reference] = {}
 _MOST_LOADED = 2
 
 
 def _opened(raw: bytes, manifest: manifest_file.Manifest) -> Any:
-    """Open a file that matches the manifest; files of published datasets need no further checks."""
+    """Open a file that matches the manifest; skip further checks for a published dataset."""
     return opened(raw, is_known=manifest.sha256 in manifest_file.PUBLISHED_MANIFESTS.values())
 
 
@@ -597,7 +600,7 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
 
 
 def read_group(group: Any) -> Sensitivity:
-    """Read a maneuver from an open file; datasets before 1.4.0 have no bounds and no rows."""
+    """Read the derivatives of a maneuver; datasets before 1.4.0 have no bounds and no rows."""
     breaks = read_array(group, "breaks")
     shape = group[columns_of(group)[0]].shape
     if len(shape) != 3 or breaks.shape != (shape[0] + 1,):

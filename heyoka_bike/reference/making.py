@@ -66,7 +66,8 @@ _LEAST_TRAIL = 0.1
 """Below this trail, in radii of the front wheel, the regular form is used, because its proof is
 faster: a third of the time at a trail of 0.05, a quarter at 0.03. From 0.1 on it is only slower."""
 
-# [s], durations from which the time is reported, and from which it is reported in minutes.
+# The expected time is reported if it is at least `_SHORT` [s], in minutes if it is at least `_LONG`
+# [s].
 _SHORT, _LONG = 10, 90
 
 Fail = Callable[[Path, Exception], None]
@@ -74,7 +75,7 @@ Fail = Callable[[Path, Exception], None]
 
 @dataclass(frozen=True)
 class Generated:
-    """A reference dataset that was made.
+    """Result of making a reference dataset.
 
     Attributes
     ----------
@@ -170,7 +171,7 @@ def generate_sets(
     until: str | None, force: bool, say: Callable[[str], None], progress: Progress | None,
     made: Callable[[Generated], None],
 ) -> dict[Path, Exception]:  # fmt: skip
-    """Make the datasets of several bicycles together, with all of their parts in one queue.
+    """Make the datasets of several bicycles; one queue contains the jobs of all of them.
 
     Parameters
     ----------
@@ -233,7 +234,7 @@ def _endings(
     sets: Mapping[Path, Given], maneuvers: Sequence[Maneuver] | str | Path | None,
     until: str | None, fail: Fail,
 ) -> dict[Path, tuple[Bicycle, Sequence[Maneuver], tuple[Ending, ...]]]:  # fmt: skip
-    """Read the inputs of each dataset, and find the ends of its maneuvers."""
+    """Read the inputs of each dataset, and determine the time at which each maneuver ends."""
     jobs, found = {}, {}
     for folder, given in sets.items():
         try:
@@ -287,7 +288,7 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
 
 
 class _SetInMaking:
-    """The jobs of one dataset and their outcomes so far, until it is written."""
+    """A dataset that is being made: its jobs, and their outcomes until it is written."""
 
     def __init__(
         self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str, digits: int
@@ -305,7 +306,7 @@ class _SetInMaking:
         self.places: dict[Job, tuple[int, str]] = {}
 
     def outlook(self) -> str | None:
-        """Return a line on the expected time, once all is integrated; None if it is short.
+        """Return a line on the expected time, once all maneuvers are integrated; None if short.
 
         Even processor time is longer if processes share a core, so the estimate is exceeded if a
         single process did the integration.
@@ -330,7 +331,7 @@ class _SetInMaking:
         )
 
     def begin(self) -> list[Job]:
-        """Return the jobs of all maneuvers, starting with those that others wait for."""
+        """Return the jobs of all maneuvers; jobs that other jobs need come first."""
         found = [self._jobs(i) for i in range(len(self.maneuvers))]
         return [jobs[stage] for stage in _STAGES for jobs in found]
 
@@ -370,13 +371,13 @@ class _SetInMaking:
 
     @property
     def is_done(self) -> bool:
-        """True from the last outcome until the dataset is written; unneeded jobs may still run."""
+        """True from the last outcome that is needed until the dataset is written."""
         if self.is_written or self.places:
             return False
         return all(len(parts) == len(_STAGES) for parts in self.parts)
 
     def write(self) -> Generated:
-        """Write the files."""
+        """Write the files of the dataset."""
         self.is_written = True
         tables = [
             compute_table.assemble_table(parts["integrate"].get(), parts) for parts in self.parts
@@ -442,7 +443,7 @@ def write_dataset(
 
 
 def versions_of_packages(dataset_version: str) -> dict[str, str]:
-    """Return the versions that the manifest of a dataset names, by package.
+    """Return the versions of packages that the manifest of a dataset states, by package.
 
     For the published dataset the version of heyoka_bike is the one that first made it: a later
     version writes the same files, so it must write the same manifest.
@@ -454,7 +455,7 @@ def versions_of_packages(dataset_version: str) -> dict[str, str]:
 
 
 def _after(folder: Path) -> dict[str, bytes]:
-    """Read the files after ten seconds, from the folder or else from the package."""
+    """Read the files on the motions after ten seconds, from the folder or else from the package."""
     found = {}
     for name in layout.AFTER_FILES:
         for path in (folder / name, reference_folder() / name):

@@ -102,7 +102,7 @@ class Manifest:
 
 
 def hdf5_version(dataset_version: str) -> str:
-    """Return the version that last changed the HDF5 files of a dataset, which they state.
+    """Return the version that the HDF5 files of a dataset state: the one that last changed them.
 
     Additions in a later version therefore do not change their bytes.
     """
@@ -114,7 +114,7 @@ def render(
     made_by: Mapping[str, Any], files: Mapping[str, bytes],
     performance_limits: Mapping[str, str] | None = None,
 ) -> bytes:  # fmt: skip
-    """Return the bytes of the manifest of the given files, without date, host or time.
+    """Return the bytes of the manifest of these files, which contains no date, host or time.
 
     Published datasets do not state the limit of eq. (1), which is that of the benchmark's own
     maneuvers.
@@ -216,7 +216,7 @@ def problem_of_form(raw: bytes) -> str:
     document = json.loads(raw)
     expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
     if "performance_limits" in document and document["dataset_version"] == CUSTOM:
-        # Only the manifests of maneuvers that eq. (1) judges have limits.
+        # Only the manifest of maneuvers to which eq. (1) applies contains their limits.
         expected.insert(-1, "performance_limits")
     names = [str(f["file"]) for f in document.get("files", ())]
     if list(document) != expected:
@@ -269,7 +269,7 @@ def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
 
 
 class MemberError(DatasetError):
-    """A file that differs from its entry in the manifest; the text does not name the file.
+    """A file differs from its entry in the manifest; the message does not name the file.
 
     Attributes
     ----------
@@ -294,7 +294,7 @@ _INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
 
 
 def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
-    """Return the contents of a file with the length and the hash stated in the manifest.
+    """Return the contents of a file, after checking length and hash against the manifest.
 
     Raises
     ------
@@ -307,8 +307,8 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
     try:
         path = _inside(folder, name)
         found = path.stat().st_size
-        # A file is not read if its length differs from the manifest. `read_regular` rejects
-        # anything but a regular file.
+        # Do not read a file whose length is wrong. Anything but a regular file is passed on, and
+        # `read_regular` rejects it.
         is_read = found == size or not path.is_file()
         data = read_regular(path, size) if is_read else b""
     except FileNotFoundError:
@@ -345,7 +345,7 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
-    """Read folder, manifest and one file of a dataset (default: the published one), checked.
+    """Check and return the folder, the manifest and one file of a dataset (default: the published).
 
     Raises
     ------
@@ -378,7 +378,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:
-    """Put the files of a dataset in place, the manifest last; return the names that changed.
+    """Write the files of a dataset, the manifest last; return the names of the changed files.
 
     Files of equal content are not touched.
 
@@ -391,7 +391,7 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
-    """Put files in place in their order; return the names that changed.
+    """Write the files whose content changed, in the given order; return their names.
 
     Raises
     ------

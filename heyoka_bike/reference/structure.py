@@ -52,7 +52,7 @@ def of_file(
     name: str, about: Mapping[str, Any], inputs: Mapping[str, Any],
     stored: Iterable[Mapping[str, Any]],
 ) -> Group:  # fmt: skip
-    """Declare a whole file of maneuvers with these attributes; `inputs` as in the manifest."""
+    """Declare a whole HDF5 file with a group for each maneuver; `inputs` as in the manifest."""
     groups = (
         of_maneuver(name, own, COLUMNS_OF.get(name, ()), data)
         for own, data in zip(inputs["maneuvers"], stored, strict=True)
@@ -61,7 +61,7 @@ def of_file(
 
 
 def states(about: Mapping[str, Any], count: int) -> Group:
-    """Declare states.h5: this many single states, with these attributes of the file."""
+    """Declare states.h5 with this many single states and these attributes of the file."""
     said = _described("1", "number of the state", "from 1, as in states.csv")
     number = Dataset("state", (count,), said, is_scale=True, kind="<i8")
     columns = (
@@ -94,7 +94,7 @@ def of_maneuver(
 def _table(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """Declare rows and dense output."""
+    """Declare the datasets of rows and dense output in a group."""
     comment = (
         "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "
         "c_0 not halved, x = 2 (t - a) / (b - a) - 1, c = <name> + <name>_lo; "
@@ -118,7 +118,8 @@ def _rows(columns: Sequence[Column], rows: int, stored: Mapping[str, Any]) -> It
             LOW: (", low part", f"exact value minus {c.name}, rounded", (rows,)),
             BOUND: (_CERTIFIED, bound, (rows,)),
         }
-        # A value without an enclosure is NaN, and counts as not decided.
+        # An entry without an enclosure is NaN and undecided, so only a column with undecided
+        # entries may contain NaN.
         has_nan = c.name + UNDECIDED in stored
         yield from _column(c, parts, ("time",), more, has_nan=has_nan)
     for c in columns:
@@ -148,7 +149,7 @@ def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
 def _sensitivity(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """Declare derivatives of the columns, and those of the benchmark's columns at some rows."""
+    """Declare the derivatives of all columns, and at some rows those of the benchmark's columns."""
     count, pieces = len(UNKNOWNS), _pieces(stored)
     rows = len(range(0, _count(inputs), ROWS_APART))
     first = stored.get(columns[0].name)
@@ -179,7 +180,7 @@ def _sensitivity(
 def _trajectory(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """Declare a candidate: its attributes in `STATED`, and integers of some bytes."""
+    """Declare a candidate: the attributes in `STATED`, and its integers as bytes."""
     pieces, integers = _pieces(stored), stored.get("coefficients")
     width = 0 if integers is None else integers.shape[-1]
     shape = (pieces, 7, int(stored["taylor_order"]) + 1, width)
@@ -194,7 +195,7 @@ def _column(
     c: Column, parts: Mapping[str, tuple[str, str, tuple[int, ...]]], scales: tuple[str, ...] = (),
     more: Mapping[str, str] | None = None, *, unit: str | None = None, has_nan: bool = False,
 ) -> Iterator[Dataset]:  # fmt: skip
-    """Declare the datasets of a column.
+    """Declare the datasets that store the parts of a column.
 
     Parameters
     ----------

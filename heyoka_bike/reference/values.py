@@ -64,7 +64,7 @@ class Values(Displayed, IdentityMapping[str, Array]):
         return len(self.hi)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return hi of each column by time.
+        """Return the values (hi) as a pandas DataFrame with one row per time.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Values(Displayed, IdentityMapping[str, Array]):
 
     @property
     def candidates(self) -> frozenset[tuple[Any, ...]]:
-        """The undecided entries: column, row, hi and lo."""
+        """The undecided entries, each as (column, row, hi, lo)."""
         return frozenset(
             (name, i, self.hi[name][i], self.lo[name][i])
             for name, rows in self.undecided.items()
@@ -115,12 +115,12 @@ class RoundedRows(Values):
 
     @property
     def ambiguous(self) -> int:
-        """Number of entries, and of numbers in the text, with undecided rounding."""
+        """Number of entries, including numbers in the text, whose rounding is undecided."""
         return super().ambiguous + sum(map(len, self.undecided_text.values()))
 
     @property
     def candidates(self) -> frozenset[tuple[Any, ...]]:
-        """The undecided entries, including numbers of the text, without the bounds of zeros."""
+        """The undecided entries, including those of the text other than zeros."""
         texts = (
             (name, i, self.text[name][i]) for name, x in self.undecided_text.items() for i in x
         )
@@ -172,7 +172,7 @@ def _named(names: Sequence[str], hi: Array, lo: Array) -> Values:
 
 
 class Numbered(IdentityMapping[int, T]):
-    """A mapping from the numbers of maneuvers.
+    """A mapping whose keys are the numbers of maneuvers: 1, 2, ...
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ class Numbered(IdentityMapping[int, T]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity:
-    """Derivatives of the columns of a maneuver, as piecewise Chebyshev polynomials.
+    """Derivatives of columns with respect to parameters and initial values, in Chebyshev pieces.
 
     Attributes
     ----------
@@ -234,7 +234,7 @@ class Sensitivity:
 
     @property
     def orders(self) -> int:
-        """Number of coefficients of a piece."""
+        """Number of Chebyshev coefficients of a piece."""
         return int(next(iter(self.coefficients.values())).shape[1])
 
     def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:

@@ -34,7 +34,8 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
     """
     said = "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
     distributed: Any = required("distributed", said)
-    # The error below replaces the many lines that the loggers of distributed would print.
+    # Silence the loggers of distributed: the error below replaces the many lines that they would
+    # print.
     for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     given = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
@@ -61,7 +62,7 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
 
 
 class ClusterExecutor(Executor):
-    """The workers of a scheduler, which starts a call again if its worker ends.
+    """Executor on the workers of a scheduler, which starts a call again if its worker ends.
 
     A call raises `BrokenExecutor` after it has ended three workers, and `SchedulerLostError` if the
     scheduler is gone.
@@ -139,7 +140,7 @@ class ClusterExecutor(Executor):
 
 
 def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> None:
-    """Raise `VersionsDifferError` that names the first package of another version."""
+    """Raise an error that names the first package whose versions differ."""
     for name, expected in here.items():
         if (found := there.get(name, "none")) != expected:
             raise VersionsDifferError(

@@ -55,7 +55,7 @@ def notice_if_slow(seconds: float, said: str) -> Iterator[None]:
 
 @contextmanager
 def progress_bar(doing: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar on a terminal until the block ends; call its value with the completed fraction."""
+    """Show a bar on a terminal until the block ends; yield a function that sets its progress."""
     with _progress(transient=True) as bars:
         bar = bars.add_task(doing, total=1.0)
         yield lambda done: bars.update(bar, completed=done)
@@ -63,7 +63,7 @@ def progress_bar(doing: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stage_bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a permanent bar; call its value with the current stage and the completed fraction.
+    """Show a permanent bar; yield a function that sets its stage and completed fraction.
 
     The bar is drawn only during calls, because a drawing thread would disturb timings.
     """
@@ -114,7 +114,7 @@ def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
 
 
 def _progress(*view: ProgressColumn, **options: Any) -> Progress:
-    """Return bars on standard error; they draw nothing if that is not a terminal."""
+    """Return progress bars on standard error, which are drawn only on a terminal."""
     from rich.console import Console
     from rich.progress import Progress
 

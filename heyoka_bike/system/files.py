@@ -48,7 +48,8 @@ def read_regular(path: str | PathLike[str], most: int) -> bytes:
     """
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
-        # Files of the kernel, such as those in /proc, report a size of zero.
+        # Limit the number of bytes that are read, too, because files of the kernel, such as those
+        # in /proc, report a size of zero.
         data = file.read(most + 1) if size <= most else b""
     if max(size, len(data)) > most:
         raise OSError(errno.EFBIG, f"it is longer than {most} bytes", str(path))

@@ -79,7 +79,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The end of a job: its value or its error.
+    """The result of a job: its value or its error.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ def throttled(report: OnStage) -> OnStage:
 
 
 class ProgressFuture(Future[Any]):
-    """A submitted call.
+    """The future of a submitted call, with the progress of the call.
 
     Attributes
     ----------
@@ -137,12 +137,12 @@ class ProgressFuture(Future[Any]):
 
 
 class RemoteError(Exception):
-    """Cause of an exception in a process: its traceback, or only the place if it is limited."""
+    """Cause of an exception in a process: its traceback, or only its place in a limited process."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessLimits:
-    """Limits of a call.
+    """Limits of a call: its time and its memory.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class ProcessLimits:
             "RLIMIT_CORE": 0,
         }
         for name, bound in bounds.items():
-            # macOS lacks some of these limits and rejects others. Even there the parent limits the
+            # macOS lacks some of these limits and rejects others. There, too, the parent limits the
             # elapsed time.
             with suppress(ImportError, AttributeError, OSError, ValueError):
                 import resource
@@ -201,8 +201,8 @@ class ProcessExecutor(Executor):
         self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
     ) -> None:
         if getattr(current_process(), "_inheriting", False):
-            # This process is still running the script that started it, so it would start further
-            # processes that do the same.
+            # A worker imports the script that started it. Without the guard
+            # `if __name__ == "__main__"`, the import would start further workers, so end this one.
             os._exit(1)
         forks = bool(preload) and "forkserver" in get_all_start_methods()
         self._context: Any = get_context("forkserver" if forks else "spawn")
@@ -274,7 +274,7 @@ class ProcessExecutor(Executor):
 
 
 class _Worker:
-    """A process that runs calls, and the pipe to it."""
+    """A process that runs calls, and the pipe that connects to it."""
 
     def __init__(self, context: Any, limits: ProcessLimits | None) -> None:
         self._limits = limits

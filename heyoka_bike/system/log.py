@@ -20,7 +20,7 @@ _LOGGER_NAME = "heyoka_bike"
 
 @contextmanager
 def shown(level: str) -> Iterator[None]:
-    """Print the log on standard error inside the ``with``, also that of worker processes.
+    """Print the log, also that of worker processes, on standard error inside the ``with``.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def shown(level: str) -> Iterator[None]:
 
 
 def fault(error: BaseException) -> str:
-    """Return kind and place of an error, without contents or names of files."""
+    """Return the type of an error and its line of code, but nothing from the user's files."""
     place = error.__traceback__
     if place is None:
         return type(error).__name__

@@ -242,8 +242,8 @@ class _Schedule:
                 _log.info("%s: not started, because a job that it needs has failed", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
-                # An executor that runs each call at once has completed this job before the next one
-                # starts.
+                # The executor has already run this job. Handle its outcome before starting the next
+                # one.
                 return
 
     def submit(self, executor: Executor, job: Job) -> Future[Outcome]:
@@ -261,7 +261,7 @@ class _Schedule:
         return future
 
     def wait(self) -> None:
-        """Wait for the end of a job, or for a moment; forward progress."""
+        """Wait for the end of a job, but only for a short time; forward progress."""
         try:
             over = self.done.get(timeout=_SECONDS_BETWEEN_LOOKS)
         except Empty:

@@ -1,1 +1,1 @@
-"""Everything that follows from a state, in any number type."""
+"""The equations of motion, and everything that follows from a state, in any number type."""

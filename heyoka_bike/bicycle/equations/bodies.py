@@ -32,7 +32,7 @@ from heyoka_bike.numbers.vectors import Vector, from_turned, minus, plus, scaled
 class Half(
     namedtuple("Half", "x z m ixx iyy izz ixz pivot_x pivot_z wheel_m wheel_r axial diametral")
 ):
-    """A frame with its wheel.
+    """A frame and its wheel: one of the two halves of the bicycle.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Bodies(namedtuple("Bodies", "rear front sin_tilt cos_tilt g")):
     __slots__ = ()
 
     def convert(self, make: Callable[[Number], Number]) -> Bodies:
-        """Return the bodies, each number passed through `make`."""
+        """Return the bodies with `make` applied to each of their numbers."""
         return Bodies(*(Half(*map(make, x)) if isinstance(x, Half) else make(x) for x in self))
 
 
@@ -87,7 +87,7 @@ def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
 
 
 def bodies_of(p: Mapping[str, Number], tilt: Number, a: Arithmetic) -> Bodies:
-    """Return the bodies from the tilt and the parameters, as fractions or numbers of `a`."""
+    """Return the bodies for this tilt and parameters, which are fractions or numbers of `a`."""
     pivot = p["w"] + p["c"]
 
     def part(frame: str, wheel: str, hub_x: Number) -> Half:
@@ -114,7 +114,7 @@ def bodies_of(p: Mapping[str, Number], tilt: Number, a: Arithmetic) -> Bodies:
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Sines and cosines of the angles between the axes.
+    """Sines and cosines of the angles between axes, to convert vectors from one to the other.
 
     Attributes
     ----------
@@ -137,44 +137,44 @@ class Axes:
         return cls(o, o.sb * c - o.cb * s, o.cb * c + o.sb * s, s, c)
 
     def from_rear(self, v: Vector) -> Vector:
-        """Return heading components of a vector in rear axes."""
+        """Convert a vector from rear axes to heading axes."""
         o = self.o
         pitched = from_turned("y", self.sin_pitch, self.cos_pitch, v)
         return from_turned("x", o.sin_roll, o.cos_roll, pitched)
 
     def to_rear(self, v: Vector) -> Vector:
-        """Return rear components of a vector in heading axes."""
+        """Convert a vector from heading axes to rear axes."""
         o = self.o
         rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
         return from_turned("y", -self.sin_pitch, self.cos_pitch, rolled)
 
     def from_steer(self, v: Vector) -> Vector:
-        """Return heading components of a vector in steer axes."""
+        """Convert a vector from steer axes to heading axes."""
         o = self.o
         unsteered = from_turned("y", o.sb, o.cb, from_turned("z", o.s, o.c, v))
         return from_turned("x", o.sin_roll, o.cos_roll, unsteered)
 
     def to_steer(self, v: Vector) -> Vector:
-        """Return steer components of a vector in heading axes."""
+        """Convert a vector from heading axes to steer axes."""
         o = self.o
         rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
         return from_turned("z", -o.s, o.c, from_turned("y", -o.sb, o.cb, rolled))
 
     def from_front(self, v: Vector) -> Vector:
-        """Return heading components of a vector in front axes."""
+        """Convert a vector from front axes to heading axes."""
         return self.from_steer(self.across_tilt(v, back=True))
 
     def to_front(self, v: Vector) -> Vector:
-        """Return front components of a vector in heading axes."""
+        """Convert a vector from heading axes to front axes."""
         return self.across_tilt(self.to_steer(v))
 
     def across_tilt(self, v: Vector, *, back: bool = False) -> Vector:
-        """Convert from steer to front axes, or back; also from steer to rear axes at zero steer."""
+        """Convert a vector from steer to front axes, or back; at zero steer also to rear axes."""
         return from_turned("y", -self.sin_tilt if back else self.sin_tilt, self.cos_tilt, v)
 
     @property
     def front_heading(self) -> Vector:
-        """Heading of the front wheel, along the line where its plane meets the floor."""
+        """Unit vector along the front wheel's heading, where the wheel's plane meets the floor."""
         return self.from_steer((self.o.cb_f, 0, self.o.sb_f))
 
     @property

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class Assembly(
     namedtuple("Assembly", "r m l1 l3 i11 i13 i33 i22 spin mass_v mass_q skew rest"),
 ):
-    """Constants of one assembly in its frame e (e3 down the steer axis, e2 the axle), from its hub.
+    """Constants of a frame with its wheel, in axes e at its hub: e3 down the steer axis, e2 axle.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Assembly(
 class Constants(
     namedtuple("Constants", "rear front tilt d1 d2 d3 h0 h1 h2 h3 lever1 lever3 g length mass")
 ):
-    """Everything that the equations need from a bicycle.
+    """The constants of a bicycle with which its equations are computed.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Constants(
     __slots__ = ()
 
     def convert(self, make: Callable[[Number], Number]) -> Constants:
-        """Return the constants, each passed through `make`."""
+        """Return the constants with `make` applied to each of them."""
         return Constants(
             *(Assembly(*map(make, x)) if isinstance(x, Assembly) else make(x) for x in self)
         )
@@ -123,7 +123,8 @@ def constants_of(
         i11 = ixx * c * c - 2 * ixz * s * c + izz * s * s
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
-        # If all mass lies on a line along the axis, both i33 and i13 are zero.
+        # If all mass lies on a line along the axis, i33 and i13 are zero, and zero is used for
+        # their ratio.
         on_axis = value_of(zz) == value_of(xz) == 0 and (value_of(xx) == 0 or is_vertical)
         skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(

@@ -1,4 +1,4 @@
-"""The bicycle in multibody form: redundant coordinates, and contact forces as multipliers.
+"""The bicycle in descriptor form: redundant coordinates, and contact forces as multipliers.
 
 The frames and wheels move in `COORDINATES`; six velocities of the wheels' lowest points vanish, and
 the contact forces along them are the `MULTIPLIERS`. With the energy T - V = L(q, v),
@@ -63,7 +63,7 @@ class _Moving:
     depth: Number
 
     def lagrangian2(self, g: Number) -> Number:
-        """Return twice the difference of kinetic and potential energy [J]."""
+        """Return twice the Lagrangian: twice kinetic minus potential energy [J]."""
         p, arm = self.part, (self.part.x, 0, self.part.z)
         centre = plus(self.hub, cross(self.turning, arm))
         depth = self.depth + _dot(self.down, arm)
@@ -75,7 +75,7 @@ class _Moving:
         )
 
     def contact(self, a: Arithmetic) -> tuple[Number, Number, Number, Number]:
-        """Return the velocity of the wheel's lowest point ahead, aside and up, and its height."""
+        """Return the velocity of the wheel's lowest point (ahead, aside, up), and its height."""
         x, _, z = self.down
         cos_lean = a.sqrt(x * x + z * z)
         ahead, below = (z / cos_lean, 0, -x / cos_lean), (x / cos_lean, 0, z / cos_lean)
@@ -93,7 +93,7 @@ def _dot(u: Vector, v: Vector) -> Number:
 def _moving(
     b: Bodies, a: Arithmetic, q: Sequence[Number], v: Sequence[Number]
 ) -> tuple[_Moving, _Moving]:
-    """Return both halves of the bicycle at some coordinates and their rates."""
+    """Return both frames with their wheels, in motion with these coordinates and rates."""
     (s_yaw, s_roll, s_pitch, s_steer), (c_yaw, c_roll, c_pitch, c_steer) = (
         [f(angle) for angle in q[3:7]] for f in (a.sin, a.cos)
     )
@@ -155,7 +155,7 @@ class Descriptor:
         return [list(p.slopes) for p in momenta]
 
     def _lagrange(self, q: Sequence[Dual], v: Sequence[Dual]) -> tuple[list[Dual], list[Dual]]:
-        """Return the derivatives of L with respect to v and to q."""
+        """Return the derivatives of the Lagrangian L with respect to v and to q."""
         traces = Traces(Duals(self.a))
         variables = [Traced(x) for x in (*q, *v)]
         rear, front = _moving(self.b, traces, variables[:_N], variables[_N:])
@@ -167,13 +167,13 @@ class Descriptor:
         return found[_N:], found[:_N]
 
     def rolling(self, q: Sequence[Number]) -> list[list[Number]]:
-        """Return the constraint Jacobian G: derivatives of the velocities by the rates."""
+        """Return the constraint Jacobian G: contact velocities differentiated by the rates."""
         rates = Duals(self.a).variables([self.a.number(0)] * _N)
         found = self.over(Duals(self.a)).velocities(q, rates)
         return [list(u.slopes) for u in found]
 
     def over(self, a: Arithmetic) -> Descriptor:
-        """Return the form with these constants in another number type that accepts them."""
+        """Return the same equations for another number type, which accepts the constants."""
         return Descriptor(self.b, a)
 
     def velocities(self, q: Sequence[Number], v: Sequence[Number]) -> list[Number]:
@@ -186,7 +186,7 @@ class Descriptor:
         return [half.contact(self.a)[3] for half in _moving(self.b, self.a, q, zero)]
 
     def residual(self, z: Sequence[Number], rates: Sequence[Number], *, index: int) -> list[Number]:
-        """Return the residual of coordinates, their rates and multipliers, and its derivative.
+        """Return the residual of the equations for a state `z` and its time derivative `rates`.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ def _coordinates(equations: Equations, y: Sequence[Number]) -> list[Number]:
 
 
 def to_reduced(b: Bodies, a: Arithmetic, z: Sequence[Number]) -> list[Number]:
-    """Return the state of the regular reduced equations, with yaw and integrals."""
+    """Convert a state of the descriptor form to the regular form, with yaw and integrals."""
     q, v = z[:_N], z[_N : 2 * _N]
     x, y, _, yaw, roll, pitch, steer, *wheels = q
     rear, _ = _moving(b, a, q, v)

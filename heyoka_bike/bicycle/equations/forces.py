@@ -50,7 +50,7 @@ class Contact:
     lateral: Number
 
     def friction(self, a: Arithmetic) -> Number:
-        """Return tangential over normal force: the friction coefficient needed for rolling."""
+        """Return the friction coefficient that rolling needs: tangential over normal force."""
         along, across = self.longitudinal, self.lateral
         return a.sqrt(along * along + across * across) / self.normal
 
@@ -74,7 +74,7 @@ class Wrench:
 
 @dataclass(frozen=True, slots=True)
 class Forces:
-    """All reactions; those of the joints are computed on first use.
+    """Forces on the wheels and in the joints; those in the joints are computed on first use.
 
     A joint supplies the force that the motion of the parts beyond it needs, less the contact forces
     on them.
@@ -162,9 +162,10 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
         plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
     )
     ahead, aside, _ = axes.front_heading
-    # Three consistent conditions determine two horizontal components: one along each heading, and
-    # one for turning about the rear contact point. Least squares is therefore exact, and regular if
-    # any two conditions are independent.
+    # The two horizontal components of the front contact force follow from three consistent
+    # conditions: one along each heading, and one for turning about the rear contact point. The
+    # least-squares solution is exact, because they are consistent; it is regular if any two of them
+    # are independent.
     spin = wheel.moment[1] / b.rear.wheel_r
     spin_f = wheel_f.moment[1] / b.front.wheel_r
     rest = force[0] + force_f[0] - spin
@@ -194,7 +195,7 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
 def _loads(
     part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector
 ) -> tuple[Wrench, Wrench]:
-    """Return the wrench that the motion of a frame and its wheel needs, less their weight.
+    """Return the wrenches on a frame and its wheel that their motion needs beyond their weights.
 
     The moment is about the hub. Newton's and Euler's laws are applied in the frame's axes.
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
-# [m], maximum distance of the front wheel from the floor that counts as contact: about a thousand
+# Maximum distance of the front wheel from the floor that counts as contact [m]: about a thousand
 # times the roundoff.
 _LARGEST_GAP = 1e-12
 
@@ -57,7 +57,7 @@ def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
 def varied_state(
     k: Constants, a: Duals, start: Mapping[str, Dual], pitch: Number, *, is_regular: bool
 ) -> list[Number]:
-    """Return the state at t = 0 with its derivatives by the unknowns of constants and start.
+    """Return the state at t = 0 as dual numbers in the parameters and initial values.
 
     The pitch is passed as a number. Its derivatives with respect to roll, steer and the constants
     follow from the implicit function theorem, because it is a root.
@@ -129,7 +129,7 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
 
 
 def _root(function: Callable[[flint.arb], Dual], near: float) -> flint.arb:
-    """Return the root near a binary64 in flint's precision; each Newton step doubles the digits."""
+    """Return the root near `near` in flint's precision; each Newton step doubles the digits."""
     x = flint.arb(near)
     for _ in range(flint.ctx.prec.bit_length()):
         there = function(x)
@@ -138,7 +138,7 @@ def _root(function: Callable[[flint.arb], Dual], near: float) -> flint.arb:
 
 
 def _followed(k: Constants, roll: float, steer: float) -> float | None:
-    """Return the root of `pitch_at_start` in binary64, or None if it ends before this angle."""
+    """Follow the root from zero steer to `steer` in binary64; None if it ends on the way."""
     pitch = 0.0
     with np.errstate(all="ignore"):
         for step in range(1, _CONTINUATION_STEPS + 1):

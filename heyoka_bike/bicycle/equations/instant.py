@@ -32,7 +32,7 @@ _ROOTS = 1e-50  # maximum width of the enclosures of the eigenvalues
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """A bicycle in a state.
+    """A bicycle in a state of motion.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Instant:
         }
 
     def moving(self) -> tuple[Equations, list[Dual]]:
-        """Return equations and state whose numbers carry their rates of change."""
+        """Return equations and state as dual numbers, which carry their rates of change."""
         pairs = zip(self.state, self.rates, strict=True)
         return self.equations.over(Duals(self.equations.a)), [Dual(x, (r,)) for x, r in pairs]
 
@@ -70,7 +70,7 @@ class Instant:
 
 
 def quantities(instant: Instant) -> dict[str, Number]:
-    """Return all quantities of `LEVELS` except the last level by name, in SI units."""
+    """Return the quantities of all `LEVELS` except the last one, by name, in SI units."""
     velocities = _place_velocities(instant)
     masses = instant.equations.masses(instant.state[:3])
     found = {
@@ -184,9 +184,11 @@ def linear_quantities(
     try:
         roots = quartic.roots(_ROOTS)
     except ValueError:
-        # Some roots cannot be separated, for example those of a bicycle without gravity at rest.
+        # If roots cannot be separated, for example those of a bicycle without gravity at rest, all
+        # of them are NaN.
         roots = [flint.acb("nan")] * 4
-    # If a box about the real axis contains exactly one root of a real polynomial, the root is real.
+    # If a box about the real axis contains exactly one root of a real polynomial, the root is real:
+    # its imaginary part is exactly zero.
     parts = [
         (z.real, flint.arb(0) if z.is_finite() and z.imag.contains(0) else z.imag) for z in roots
     ]

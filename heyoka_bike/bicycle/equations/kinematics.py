@@ -46,7 +46,7 @@ class Posture(
         "sin_roll cos_roll t sb cb s c kappa y tau sb_f cb_f t_f e den trail g1 q x_f y_f",
     )
 ):
-    """Quantities that follow from roll, pitch and steer.
+    """Functions of roll, pitch and steer: sines, cosines, and coefficients of velocities.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Posture(
 
 
 def posture(k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Number) -> Posture:
-    """Compute angles and the velocity coefficients that follow from them."""
+    """Compute sines and cosines of the angles, and the coefficients of velocities."""
     beta = pitch + k.tilt
     sin_roll, cos_roll = a.sin(roll), a.cos(roll)
     sb, cb = a.sin(beta), a.cos(beta)
@@ -98,7 +98,7 @@ def posture(k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Num
 
 
 class Speeds(namedtuple("Speeds", "v w1 q w3 p n nu y v_f w1_f q_f w3_f n_f nu_f y_f steer_rate")):
-    """Velocities [rad/s and rear wheel radii per s].
+    """Velocities of the bicycle [rad/s and rear wheel radii per s].
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ def speeds(
 
 
 def lateral_condition(o: Posture) -> MatrixRow:
-    """Return (C2) as ``row . (v, w1, w3) = trail steer_rate``."""
+    """Return the row of the joint condition (C2): ``row . (v, w1, w3) = trail steer_rate``."""
     return (
         o.y_f[0] - o.g1 * (o.s * o.q[0]),
         o.y_f[1] - o.g1 * (o.c + o.s * o.q[1]),
@@ -161,7 +161,7 @@ def lateral_condition(o: Posture) -> MatrixRow:
 
 
 def turn_divisor(o: Posture) -> Number:
-    """Return the divisor of roll and steer rate in the turn rate.
+    """Return the divisor in the formula of `turn_row` for the turn rate.
 
     In the upright, straight position it is the wheel base in rear wheel radii. If it is zero, roll
     and steer rate do not determine the turn rate.
@@ -171,7 +171,7 @@ def turn_divisor(o: Posture) -> Number:
 
 
 def turn_row(o: Posture) -> MatrixRow:
-    """Return the turn rate n per (v, roll_rate, steer_rate)."""
+    """Return the coefficients of v, roll_rate and steer_rate in the turn rate n."""
     cv, c1, c3 = lateral_condition(o)
     divisor = turn_divisor(o)
     return -cv / divisor, -(c1 * o.cb + c3 * o.sb) / divisor, o.trail / divisor
@@ -180,7 +180,7 @@ def turn_row(o: Posture) -> MatrixRow:
 def rear_rates(
     o: Posture, v: Number, roll_rate: Number, steer_rate: Number
 ) -> tuple[Number, Number]:
-    """Return w1 and w3 from roll and steer rate; regular where the trail is zero."""
+    """Return w1 and w3 from roll and steer rate, by formulas that are regular at zero trail."""
     row = turn_row(o)
     n = row[0] * v + row[1] * roll_rate + row[2] * steer_rate
     return o.cb * roll_rate - o.sb * n, o.sb * roll_rate + o.cb * n

@@ -78,7 +78,7 @@ def regular_rates(
 
 
 class _Basis(namedtuple("_Basis", "w1 w3 w3_f w1_rate w3_rate w3_f_rate")):
-    """w1, w3 and w3_f per independent speed, and their rates at constant independent speeds.
+    """Coefficients of w1, w3, w3_f by independent speed, and their rates at constant speeds.
 
     v is independent in both forms: its row is (1, 0, 0) and its rate zero.
     """
@@ -120,7 +120,7 @@ def _dependent_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> _Dep
 
 
 class _Loads(namedtuple("_Loads", "side q v w1 w3")):
-    """Forces of one assembly at constant speeds, by generalised direction, gravity included."""
+    """Generalised forces on one assembly at constant speeds, including gravity."""
 
     __slots__ = ()
 
@@ -129,7 +129,7 @@ def _loads(
     a: Arithmetic, b: Assembly, g: Number, ahead: Number, side_speed: Number, sin_lean: Number,
     cos_lean: Number, w1: Number, q: Number, w3: Number, v: Number, n: Number, nu: Number,
 ) -> _Loads:  # fmt: skip
-    """Return inertia forces minus gravity.
+    """Return the inertia forces of one assembly at constant speeds, minus its weight.
 
     `ahead` is the mass times the distance of the centre of mass ahead of the hub, `side_speed` the
     velocity of the centre of mass along the axle.
@@ -151,7 +151,7 @@ def _loads(
 def _accelerations(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, rates: _DependentRates, basis: _Basis
 ) -> tuple[Number, Number, Number]:
-    """Solve Kane's equations for the rates of the three independent speeds.
+    """Solve Kane's equations for the accelerations: rates of the three independent speeds.
 
     In the few-product form the basis is the identity; its products with 0 and 1 vanish when the
     expressions are built.
@@ -268,7 +268,7 @@ def _scaled(weight: Number, row: MatrixRow) -> MatrixRow:
 
 
 def _solve(a: Arithmetic, m: Callable[[int, int], Number], force: MatrixRow) -> MatrixRow:
-    """Return the x with ``m x + force = 0``, m symmetric and positive definite, by LDL^T."""
+    """Solve ``m x + force = 0`` for x by LDL^T; m is symmetric and positive definite."""
     m00, m01, m02 = m(0, 0), m(0, 1), m(0, 2)
     l10, l20 = m01 / m00, m02 / m00
     d1 = m(1, 1) - l10 * m01

@@ -56,7 +56,7 @@ def _kinetic2(
 
 
 def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[Vector, Vector]:
-    """Return the velocities of the two centres of mass, each in its own assembly frame."""
+    """Return the velocity of each assembly's centre of mass, in the axes of that assembly."""
     rear, front = k.rear, k.front
     p_f = o.cb_f * u.w1_f + o.sb_f * u.w3_f
     return (
@@ -86,7 +86,7 @@ def columns(
     hub_y = k.rear.r * u.p
 
     # Because R = Rx(first) Ry Rz, the y and z components of the frame's z axis are in the ratio of
-    # -sin(first) to cos(first).
+    # -sin(first) to cos(first). The first angle follows from this ratio.
     num = c_yaw * sp * c_pitch - s_yaw * s_pitch
     num_dot = (
         u.p * c_yaw * cp * c_pitch
@@ -108,7 +108,7 @@ def columns(
     mass = rear_m + front_m
 
     def heading(x: Number, z: Number) -> Number:
-        """Return the component along the rear heading of a vector with e1 and e3."""
+        """Return the component along the rear heading of a vector x e1 + z e3."""
         return x * o.cb + z * o.sb
 
     def global_x(x: Number, y: Number, z: Number) -> Number:

@@ -59,11 +59,11 @@ class Equations:
         return exact.convert(float, Arrays())
 
     def over(self, a: Arithmetic) -> Equations:
-        """Return equations with these constants in another number type that accepts them."""
+        """Return the same equations for another number type, which accepts the constants."""
         return replace(self, a=a)
 
     def convert(self, make: Callable[[Number], Number], a: Arithmetic) -> Equations:
-        """Return equations with every constant passed through `make`, for formulas in `a`."""
+        """Return the equations with `make` applied to each constant, to be evaluated in `a`."""
         return replace(self, k=self.k.convert(make), b=self.b.convert(make), a=a)
 
     def precision(self) -> AbstractContextManager[None]:
@@ -109,7 +109,7 @@ class Equations:
         return [values[c.name] for c in COLUMNS if c.name not in NORMS]
 
     def norms(self, state: Sequence[Number]) -> list[Number]:
-        """Return `NORMS` in their order."""
+        """Return the values of `NORMS`, in their order."""
         values = self.columns(state)
         return [values[name] for name in NORMS]
 

@@ -29,7 +29,7 @@ INTEGRALS = ("rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_whee
 
 
 def wheel_rates(k: Constants, u: Speeds) -> tuple[Number, Number]:
-    """Return the rates of the wheels about y in their frames [rad/s]; forward is negative."""
+    """Return the rotation rates of the wheels in their frames [rad/s]; forward is negative."""
     return -(u.v / k.rear.r + u.q), -(u.v_f / k.front.r + u.q_f)
 
 
@@ -97,7 +97,7 @@ class Configuration:
         return from_turned("z", a.sin(yaw), a.cos(yaw), v)
 
     def places(self) -> dict[str, Vector]:
-        """Contact points, hubs, and centres of mass of the frames and of the whole bicycle.
+        """Positions of contact points, hubs, and centres of mass of the frames and the bicycle.
 
         The centre of mass of a wheel is its hub.
         """
@@ -132,7 +132,7 @@ class Configuration:
         }
 
     def quaternions(self) -> dict[str, Quaternion]:
-        """Attitudes as unit quaternions: yaw, roll, pitch, and then steer about its axis.
+        """Attitudes of rear frame and fork as unit quaternions: rotate by yaw, roll, pitch, steer.
 
         The signs follow from half the angles, so the quaternions are continuous.
         """
@@ -190,7 +190,7 @@ def motion_columns(equations: Equations, state: Sequence[Number]) -> dict[str, N
 
 
 def dense_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Return only the `DENSE_COLUMNS`, which are analytic, without square roots of forces."""
+    """Return the values of `DENSE_COLUMNS`, which are analytic: without square roots of forces."""
     found = _dense(Configuration.of(equations, state), forces(equations, state), state)
     return [found[name] for name in DENSE_COLUMNS]
 

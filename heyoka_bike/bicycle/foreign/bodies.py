@@ -35,17 +35,17 @@ class Mass:
 
     @classmethod
     def at(cls, pose: Pose, mass: Any, inertia: Matrix) -> Mass:
-        """Construct a mass at the origin of a pose, with the inertia along its axes."""
+        """Construct a mass at the origin of a pose, from its inertia along the axes of the pose."""
         centre, axes = pose
         return cls(mass, centre, axes * inertia * axes.T)
 
     @classmethod
     def zero(cls, centre: Matrix) -> Mass:
-        """Construct a mass of zero without inertia."""
+        """Construct a mass of zero at a point, without inertia."""
         return cls(MP.zero, centre, MP.zeros(3))
 
     def joined(self, other: Mass) -> Mass:
-        """Return both masses as one body."""
+        """Return one body with this mass and another."""
         total = self.mass + other.mass
         if not total:
             return self
@@ -53,7 +53,7 @@ class Mass:
         return Mass(total, centre, self.about(centre) + other.about(centre))
 
     def about(self, point: Matrix) -> Matrix:
-        """Return the inertia about another point."""
+        """Return the inertia about `point` instead of the centre of mass."""
         d = self.centre - point
         return self.inertia + self.mass * ((d.T * d)[0] * MP.eye(3) - d * d.T)
 
@@ -112,7 +112,7 @@ def turns(angles: Sequence[Any]) -> list[Matrix]:
 
 
 def rotation(scalar: Any, x: Any, y: Any, z: Any) -> Matrix:
-    """Return the rotation of a quaternion of any length, or the unit matrix if it is zero."""
+    """Return the rotation matrix of a quaternion of any length; the unit matrix if it is zero."""
     along = [x, y, z]
     length = MP.norm(along)
     return turn(vector(along) / length, 2 * MP.atan2(length, scalar)) if length else MP.eye(3)
@@ -123,14 +123,14 @@ ORIGIN: Pose = vector([0, 0, 0]), MP.eye(3)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """Return the pose `inner`, which is relative to `outer`, in the axes that `outer` refers to."""
+    """Convert a pose that is relative to `outer` to the axes in which `outer` is given."""
     place, axes = outer
     moved, turned = inner
     return place + axes * moved, axes * turned
 
 
 def unit(v: Matrix, element: Element) -> Matrix:
-    """Return the unit vector in this direction."""
+    """Return the unit vector in the direction of `v`; a zero vector is an error in `element`."""
     length = MP.norm(v)
     if not length:
         raise element.error("found an axis of length zero, expected a direction")
@@ -138,7 +138,7 @@ def unit(v: Matrix, element: Element) -> Matrix:
 
 
 def downward(gravity: Sequence[Any], element: Element) -> Any:
-    """Return the magnitude of gravity.
+    """Return the magnitude of gravity, which must point down.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def downward(gravity: Sequence[Any], element: Element) -> Any:
 
 
 def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> ForeignBicycle:
-    """Compute parameters from a base B with the wheel R, and the fork H with the wheel F.
+    """Compute the parameters from a base B with the wheel R, and a fork H with the wheel F.
 
     The axes of the bicycle follow from its shape: z is up, the axle of the rear wheel points
     sideways, and the front wheel is forward.
@@ -210,7 +210,7 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> ForeignBi
 
 
 def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Body]:
-    """Return rear wheel, base, fork and front wheel."""
+    """Return the bodies that are the rear wheel, the base, the fork and the front wheel."""
     names = ", ".join(body.name for body in bodies)
     if len(bodies) != 4:
         raise root.error(
@@ -279,7 +279,7 @@ def _say(x: Any) -> str:
 
 
 def _exact(x: Any, scale: Any) -> Exact:
-    """Round to 15 digits of the value, or of a scale that is larger."""
+    """Round a value to 15 digits, of itself or of `scale` if that is larger."""
     size = max(abs(x), abs(scale))
     if not size:
         return Exact(Fraction(0))

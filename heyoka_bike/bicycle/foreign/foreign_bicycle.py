@@ -7,7 +7,7 @@ from heyoka_bike.numbers.exact import Exact
 
 @dataclass
 class ForeignBicycle:
-    """Parameters of a file.
+    """Parameters of a bicycle, read from a file of another program.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class Imported:
     source: str
 
     def toml(self) -> str:
-        """Return the bicycle as a file that `read_bicycle` reads."""
+        """Return the bicycle as the text of a TOML file that `read_bicycle` can read."""
         lines = [f"name = {_quoted(self.bicycle.name)}", f"source = {_quoted(self.source)}", ""]
         lines += ["# Axes: x forward, y to the right, z down, from the rear contact point.", ""]
         lines += ["[parameters]"]
@@ -103,6 +103,6 @@ def _decimal(x: Exact) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML basic string: a JSON string with DEL escaped and no lone surrogates."""
+    """Return a text as a TOML basic string: a JSON string with DEL escaped, no lone surrogates."""
     whole = text.encode("utf-8", "replace").decode("utf-8")
     return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")

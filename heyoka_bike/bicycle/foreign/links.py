@@ -131,7 +131,7 @@ def _body(name: str, link: Link, parent: str, point: Matrix, axis: Matrix) -> Bo
 
 
 def radius_of(link: Element, radii_of: Callable[[Element], Iterable[Any]]) -> Any:
-    """Return the largest radius of the collision shapes, or else of the visual shapes.
+    """Return the radius of a wheel: the largest of its collision shapes, or else visual shapes.
 
     Parameters
     ----------

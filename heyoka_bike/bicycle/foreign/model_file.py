@@ -204,7 +204,7 @@ def _mjcf_mass(element: Element, pose: Pose, in_degrees: bool) -> Mass:
 
 
 def _mjcf_radius(element: Element) -> Any:
-    """Return the largest radius of the collision shapes, or else of the visual shapes."""
+    """Return the radius of a wheel: the largest of its collision shapes, or else visual shapes."""
     kinds = ("ellipsoid", "cylinder", "sphere")
     shapes = [x for x in element.all("geom") if x.attributes.get("type", "sphere") in kinds]
     collide = [x for x in shapes if not _is_seen_only(x)]

@@ -19,7 +19,7 @@ _NOT_OF_THE_BICYCLE = ("v",)
 
 
 def read(text: str, file: str) -> ForeignBicycle:
-    """Read the parameters of a file.
+    """Read the parameters of a bicycle from the text of a file.
 
     Raises
     ------

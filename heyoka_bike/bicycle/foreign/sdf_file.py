@@ -94,7 +94,7 @@ def _is_true(element: Element | None) -> bool:
 
 
 class _Frames:
-    """Poses of the named frames of a model, in the world."""
+    """Poses of the named frames of a model, relative to the world."""
 
     def __init__(self, model: Element, version: tuple[int, ...]) -> None:
         self.model = model

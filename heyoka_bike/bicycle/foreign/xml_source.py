@@ -1,4 +1,4 @@
-"""XML whose elements know their position in the file."""
+"""XML elements that store their position in the file, for error messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MP.dps = 40
 
 @dataclass
 class Element:
-    """An element.
+    """An XML element.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class Element:
     content: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Return the direct children with a tag."""
+        """Return the direct children that have this tag."""
         return (x for x in self.children if x.tag == tag)
 
     def first(self, *path: str) -> Element | None:
-        """Return the first element on a path of tags."""
+        """Return the first element on a path of tags; None if there is none."""
         if not path:
             return self
         inner = (x.first(*path[1:]) for x in self.all(path[0]))
@@ -64,12 +64,12 @@ class Element:
         return self.attributes[name]
 
     def numbers(self, name: str, count: int, default: str | None = None) -> list[mpmath.mpf]:
-        """Return the numbers of an attribute."""
+        """Return the numbers in the text of an attribute, which must be this many."""
         text = self.text(name) if default is None else self.attributes.get(name, default)
         return self._parsed(text, count, f"{name} of <{self.tag}>")
 
     def values(self, count: int) -> list[mpmath.mpf]:
-        """Return the numbers between the tags."""
+        """Return the numbers between the tags of the element, which must be this many."""
         return self._parsed(self.content, count, f"<{self.tag}>")
 
     def _parsed(self, text: str, count: int, what: str) -> list[mpmath.mpf]:

@@ -64,7 +64,7 @@ class Linearisation:
     _quartic: _Quartic = field(repr=False, compare=False)
 
     def eigenvalues(self, speed: Fraction | int | mpmath.mpf) -> tuple[mpmath.mpc, ...]:
-        """Return four eigenvalues [1/s] at a speed [m/s], by real, then by imaginary part."""
+        """Return four eigenvalues [1/s] at a speed [m/s], sorted by real, then imaginary part."""
         q = self._quartic
         with q.balls.precision():
             if isinstance(speed, int | Fraction):
@@ -194,7 +194,7 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
         )
     mass = np.array([[m11, m12], [m12, m22]], dtype=object)
     # The derivatives with respect to the angles are linear in g and in v^2; those with respect to
-    # the rates are linear in v.
+    # the rates are linear in v. So two evaluations, one for g and one for v, separate the matrices.
     weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
     motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
     return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
@@ -215,7 +215,8 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
 
 
 def _working_bits(digits: int) -> int:
-    # A double eigenvalue is accurate to only half as many digits as the matrices.
+    # A double eigenvalue is accurate to only half as many digits as the matrices, so compute them
+    # with twice as many.
     return ceil((2 * (digits + _GUARD_DIGITS) + _GUARD_DIGITS) * log2(10))
 
 
@@ -239,7 +240,7 @@ def _context(digits: int) -> mpmath.ctx_mp.MPContext:
 
 
 def _roots(p: flint.arb_poly, digits: int) -> list[flint.acb]:
-    """Return the roots of a real polynomial, each part exact to `digits` or zero.
+    """Return the roots of a real polynomial; real and imaginary parts have `digits` or are zero.
 
     A double root has half as many digits as the coefficients.
     """
@@ -258,7 +259,7 @@ Pair = tuple[Number, Number]
 
 
 def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, Pair, Pair, Pair]:
-    """Return the coefficients of the characteristic polynomial, without gravity.
+    """Return the coefficients of the characteristic polynomial, which contain no g and no v.
 
     The polynomial is a s^4 + v b s^3 + (g c0 + c1 x) s^2 + v (g d0 + d1 x) s + g (g e0 + e1 x) with
     x = v^2.
@@ -278,7 +279,7 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
 
 @dataclass(frozen=True, slots=True)
 class _Quartic:
-    """Characteristic polynomial s^4 + v b s^3 + c s^2 + v d s + e, b to e polynomials of x = v^2.
+    """Polynomial s^4 + v b s^3 + c s^2 + v d s + e, whose b, c, d, e are polynomials of x = v^2.
 
     The unit of s is 1/sqrt(w) and that of v is sqrt(w), where w is the wheel base, and gravity is
     1: all critical speeds and eigenvalues are proportional to sqrt(g).
@@ -303,13 +304,13 @@ class _Quartic:
         return cls(balls, digits, g, w.sqrt(), b, c, d, e)
 
     def at(self, v: flint.arb, g: flint.arb) -> flint.arb_poly:
-        """Return the polynomial in s at a speed and gravity."""
+        """Return the characteristic polynomial in s at a speed and gravity."""
         x = v * v
         c, d, e = (p[0] * g + p[1] * x for p in (self.c, self.d, self.e))
         return flint.arb_poly([g * e, v * d, c, v * self.b[0], 1])
 
     def changes(self, p: flint.arb_poly) -> list[flint.arb]:
-        """Return the positive x where p changes sign, ascending; none without gravity."""
+        """Return the positive x = v^2 where p changes sign, ascending; none without gravity."""
         p = flint.arb_poly([_with_zero(c) for c in p.coeffs()])
         if self.g == 0 or p.degree() < 1:
             return []
@@ -320,7 +321,8 @@ class _Quartic:
         for x, after in zip(roots, signs[1:], strict=True):
             if before * after < 0:
                 found.append(x)
-            # The sign is zero between roots that are equal up to rounding.
+            # Between roots that are equal up to rounding the sign is zero: keep the sign before
+            # them.
             before = after or before
         return found
 

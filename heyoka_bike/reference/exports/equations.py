@@ -41,13 +41,13 @@ from heyoka_bike.version import __version__
 _BITS_OF_CONSTANTS = 200
 
 _Numbers = Sequence[Number]
-# Name of a function, its description, and the arguments of `Language.function`.
+# The name of a function, its description, and the arguments of `Language.function`.
 _Function = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class _SourceFile:
-    """Form of the source files of a language.
+    """Parts of a source file in one programming language, and how the file is used.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ LANGUAGES = {
 def render(
     language: str, bicycle: Bicycle, maneuvers: Sequence[Maneuver], stem: str
 ) -> dict[str, bytes]:
-    """Return the source files by their suffixes.
+    """Return the source files with the equations in a language, by file-name suffix.
 
     Raises
     ------
@@ -264,7 +264,7 @@ def _given(values: Sequence[float]) -> Callable[[StraightLine], _Numbers]:
 
 
 def _start(bicycle: Bicycle, m: Maneuver) -> list[list[float]]:
-    """Return state, descriptor state and its derivative at the start of a maneuver."""
+    """Return the initial state of a maneuver in both forms, and the descriptor state's rates."""
     equations = Equations.of(bicycle, Balls(_BITS_OF_CONSTANTS))
     state = initial_state(equations, m)
     with equations.precision():

@@ -1,4 +1,4 @@
-"""The formats of an export, and those that are tables: CSV, JSON and netCDF.
+"""Writers of the export formats: CSV, JSON, netCDF, and evaluators in C, Fortran and MATLAB.
 
 A format is a function of a selection and the stem of a file name. It returns the bytes of each file
 by the part of the name after the stem (``.h``, ``-1.csv``).
@@ -64,18 +64,18 @@ class Selection:
 
     @property
     def maneuvers(self) -> Iterator[tuple[int, ReferenceManeuver]]:
-        """The maneuvers with their numbers."""
+        """The exported maneuvers, each with its number."""
         return ((n, self.reference[n]) for n in self.numbers)
 
     @property
     def terms(self) -> int:
-        """Number of coefficients of a piece."""
+        """Number of Chebyshev coefficients of a piece of a column."""
         first = self.reference[self.numbers[0]]
         return int(first.dense.hi[self.columns[0].name].shape[-1])
 
 
 def choose(reference: Reference, maneuver: int | None, columns: str | None) -> Selection:
-    """Return the maneuver (or all) and the columns, as named on the command line.
+    """Return the selection of maneuvers and columns that the command line names.
 
     Raises
     ------
@@ -103,12 +103,12 @@ def choose(reference: Reference, maneuver: int | None, columns: str | None) -> S
 
 
 def _licence(reference: Reference) -> str:
-    """Return a sentence on the licence; empty for a custom dataset, whose licence is not known."""
+    """Return a sentence that states the licence; empty for a custom dataset (licence unknown)."""
     return "" if reference.dataset_version == CUSTOM else f" Licence: {COPYRIGHT}."
 
 
 def about(selection: Selection, content: str, use: str) -> list[str]:
-    """Return lines that describe a file, in printable ASCII.
+    """Return the lines that describe an exported file and its use, in printable ASCII.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
 
 
 def wrapped(paragraphs: Iterable[str]) -> list[str]:
-    """Return paragraphs as lines in printable ASCII."""
+    """Wrap paragraphs into lines of printable ASCII."""
     lines = []
     for text in paragraphs:
         ascii_only = text.encode("ascii", "backslashreplace").decode()
@@ -157,7 +157,7 @@ def described(column: Column) -> str:
 
 
 def commented(lines: list[str], mark: str) -> str:
-    """Return the lines as a comment."""
+    """Join lines into a comment; each of its lines begins with `mark`."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
@@ -184,7 +184,7 @@ _RESERVED = frozenset(keyword.kwlist) | frozenset(_WORDS.split())
 
 
 def check_name(stem: str, of: str) -> None:
-    """Reject a name that cannot be that of a function or module.
+    """Reject a file name that cannot also be the name of a function or module.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def check_name(stem: str, of: str) -> None:
 
 
 def sharing_times(selection: Selection) -> dict[str, Selection]:
-    """Group the maneuvers that fit into one table, by the suffix of its file name.
+    """Return the selection of each table to write, by the suffix of the table's file name.
 
     There is one table if all have the same times, else one for each maneuver, as in the reference
     folder.
@@ -224,12 +224,13 @@ DIGITS = {
 }
 """Meaning of the values in CSV, by their number of digits."""
 
-# Number of digits written for a time that no decimal equals, as in the reference's text files.
+# Number of digits written for a time that is not a finite decimal, as in the reference's text
+# files.
 _TIME_DIGITS = 50
 
 _FILTERS: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
-# Names that ACDD-1.3 gives to the kinds of variables.
+# Values of the attribute `coverage_content_type` of ACDD-1.3.
 _COORDINATE_TYPE, _VALUE, _REST = "coordinate", "modelResult", "auxiliaryInformation"
 
 
@@ -305,7 +306,7 @@ def as_json(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _lists(selection: Selection, values: Values, **times: Array) -> dict[str, list[float]]:
-    """Return times and columns by name, hi and lo."""
+    """Return the times and the columns (hi and lo) as lists by name."""
     found = dict(times)
     for column in selection.columns:
         found[column.name] = values.hi[column.name]
@@ -324,7 +325,7 @@ def as_netcdf(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _netcdf(selection: Selection) -> bytes:
-    # The netCDF library preserves the order in which variables and attributes are created.
+    # Track the order in which variables and attributes are created, as the netCDF library does.
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         f.attrs.update(_about_file(selection))
@@ -474,8 +475,8 @@ def fortran(selection: Selection, stem: str) -> dict[str, bytes]:
 def _fortran_data(selection: Selection) -> Iterator[str]:
     """Yield statements with the breaks and coefficients of all maneuvers, piece by piece."""
 
-    # A line may have 132 characters and a statement 255 continuation lines. Hence each piece of a
-    # column has its own statement, with three numbers in a line.
+    # Fortran allows 132 characters in a line and 255 continuation lines in a statement. Hence each
+    # piece of a column has its own statement, with three numbers in a line.
     def statement(place: str, values: Sequence[float]) -> str:
         lines = _lines([f"{x:.16e}_real64" for x in values], 3)
         return f"   data {place} / &\n      " + ", &\n      ".join(lines) + " /"
@@ -491,7 +492,7 @@ def _fortran_data(selection: Selection) -> Iterator[str]:
 
 
 def matlab(selection: Selection, stem: str) -> dict[str, bytes]:
-    """Write a function for MATLAB and GNU Octave, with 17 digits, named like its file.
+    """Write a function for MATLAB and GNU Octave, named like its file; its numbers have 17 digits.
 
     Raises
     ------
@@ -519,7 +520,7 @@ def _matlab_data(selection: Selection) -> Iterator[str]:
 
 
 def _lines(texts: Sequence[str], count: int) -> list[str]:
-    """Return lines of `count` texts each, separated by commas."""
+    """Group texts into lines of `count` each, separated by commas."""
     return [", ".join(texts[i : i + count]) for i in range(0, len(texts), count)]
 
 
@@ -527,7 +528,7 @@ def _files(
     selection: Selection, stem: str, use: str, mark: str, suffixes: Sequence[str],
     fields: Mapping[str, object],
 ) -> dict[str, bytes]:  # fmt: skip
-    """Return the files of a language by their suffixes, from its templates.
+    """Return the source files of a language, filled in from templates, by file-name suffix.
 
     Parameters
     ----------

@@ -33,8 +33,7 @@ _BITS = 200
 _DIGITS = 17
 
 _CAMERAS = (
-    # Fields of a camera: the name, the position, and the axes that point to the right and up in the
-    # picture.
+    # Each camera has a name, a position, and the axes that point right and up in its picture.
     ("follow", "-1.7 -2.2 1.5", "0.707 -0.707 0", "0.166 0.166 0.972"),
     ("side", "0.5 -3 0.9", "1 0 0", "0 0 1"),
     ("behind", "-2.6 0 0.9", "0 -1 0", "0 0 1"),
@@ -49,8 +48,8 @@ STEP = "0.001"
 # The measurements in docs/how-to/engines.md led to these settings.
 _MJCF_STEPS = f'timestep="{STEP}" integrator="implicit" cone="elliptic" impratio="10"'
 # MuJoCo raises the time constant of a contact (the first number of solref) to at least two steps,
-# for any length of the step. Because of the priority, MuJoCo uses the wheel's settings instead of
-# the floor's.
+# so this tiny value suits every step size. The priority makes MuJoCo use the wheel's settings
+# instead of the floor's.
 _MJCF_CONTACT = 'priority="1" friction="1" solref="1e-5 1"'
 _SDF_FRICTION = "<surface><friction><ode><mu>1</mu><mu2>1</mu2></ode></friction></surface>"
 _SDF_SUN = (
@@ -103,7 +102,7 @@ class Start:
 
 
 def start_of(equations: Equations, maneuver: Maneuver) -> Start:
-    """Return the initial state of a maneuver, in balls.
+    """Return the posture and the velocities at the start of a maneuver, as balls.
 
     Parameters
     ----------
@@ -232,7 +231,7 @@ def _visuals(bicycle: Bicycle, tree: Tree) -> dict[str, list[Primitive]]:
 
 
 def refused(bicycle: Bicycle) -> Iterator[str]:
-    """Yield a line for each reason why an engine does not load a bicycle as it is."""
+    """Yield each reason why engines refuse or change a bicycle, as one line of text."""
     for warning in bicycle.warnings:
         yield f"{warning}: most engines refuse this or change it"
     for letter in "RBHF":
@@ -304,12 +303,12 @@ def _rounded(*numbers: float) -> str:
 
 
 def _size(x: float) -> str:
-    """Return a radius or length of a visual as text; 4 digits keep even tiny ones positive."""
+    """Return a radius or length of a shape as text; 4 significant digits keep it positive."""
     return f"{x:.4g}"
 
 
 def _turned_to(primitive: Primitive) -> str:
-    """Return roll, pitch and yaw that turn the z axis along a primitive, as text."""
+    """Return the roll, pitch and yaw that turn the z axis to the axis of a primitive, as text."""
     x, y, z = primitive.along
     return _rounded(0, atan2(hypot(x, y), z), atan2(y, x))
 
@@ -364,8 +363,9 @@ def _urdf(model: _Model) -> Iterator[str]:
 
 def _sdf(model: _Model) -> Iterator[str]:
     tree = model.tree
-    # Version 1.5 is the newest that both DART and sdformat read gravity from. DART reads it only in
-    # <physics>, where later versions forbid it; readers of later versions move it to the world.
+    # Version 1.5 is the newest version from which both DART and sdformat read the gravity. DART
+    # reads it only in <physics>, where later versions forbid it; programs for later versions move
+    # it to the world.
     yield '<sdf version="1.5">'
     yield '  <world name="uncontrolled_bicycle">'
     gravity = f"<gravity>0 0 {_text(-model.gravity)}</gravity>"
@@ -376,7 +376,8 @@ def _sdf(model: _Model) -> Iterator[str]:
     yield '    <model name="floor">'
     yield "      <static>true</static>"
     yield '      <link name="floor">'
-    # DART warns on standard output about a link without inertia.
+    # The inertia has no effect on the fixed floor, but DART prints a warning about a link without
+    # one.
     unit = "<ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>"
     yield f"        <inertial><mass>1</mass><inertia>{unit}</inertia></inertial>"
     yield '        <collision name="floor">'
@@ -425,7 +426,7 @@ def _sdf(model: _Model) -> Iterator[str]:
         yield f"        <child>{hinge.child}</child>"
         yield "        <axis>"
         yield f"          <xyz>{_words(hinge.axis)}</xyz>"
-        # These limits are never reached, but PyBullet rejects a joint without limits.
+        # PyBullet rejects a joint without limits; these limits are never reached.
         yield "          <limit><lower>-1e16</lower><upper>1e16</upper></limit>"
         yield "          <dynamics><damping>0</damping><friction>0</friction></dynamics>"
         yield "        </axis>"
@@ -506,7 +507,7 @@ def _mjcf_body(model: _Model, link: Link, indent: str) -> Iterator[str]:
 
 
 def _back(attitude: Quaternion, v: Vector) -> Vector:
-    """Convert a vector from the ground axes to those of a body of this attitude."""
+    """Convert a vector from the ground axes to the axes of a body with this attitude."""
     scalar, *along = attitude
     axis = (-along[0], -along[1], -along[2])
     twice = scaled(2, cross(axis, v))
@@ -515,7 +516,7 @@ def _back(attitude: Quaternion, v: Vector) -> Vector:
 
 @dataclass(frozen=True, slots=True)
 class ModelFormat:
-    """A format of models.
+    """A format of model files.
 
     Attributes
     ----------

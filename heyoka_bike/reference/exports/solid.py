@@ -40,7 +40,7 @@ def nearest_solid(bicycle: Bicycle) -> tuple[Bicycle, list[str]]:
         xx, yy, zz, xz = symbols
         old = {s: float(bicycle[s]) for s in (*symbols, m) if s in bicycle.values}
         mass = max(old[m], _MASS)
-        # A wheel has neither a zz, which would equal its xx, nor an xz.
+        # The parameters of a wheel contain neither Izz, which equals Ixx, nor Ixz, which is zero.
         given = (old[xx], old[yy], old.get(zz, old[xx]), old.get(xz, 0.0))
         found = _nearest(given, mass * _GYRATION**2)
         new = dict(zip(symbols, found, strict=True)) | {m: mass}
@@ -50,7 +50,7 @@ def nearest_solid(bicycle: Bicycle) -> tuple[Bicycle, list[str]]:
 
 
 def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple[float, ...]:
-    """Return xx, yy, zz, xz of the nearest inertia; unchanged if a solid body can have them."""
+    """Return xx, yy, zz, xz of the nearest inertia that a solid body can have."""
     xx, yy, zz, xz = elements
     mean, half = (xx + zz) / 2, hypot((xx - zz) / 2, xz)
     given = [mean - half, mean + half, yy]
@@ -61,8 +61,8 @@ def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple
         moments = [x + lacking / 3 * (-1 if i == largest else 1) for i, x in enumerate(moments)]
     if moments == given:
         return elements
-    # The directions of the axes in the plane of symmetry are fixed, so half the difference of the
-    # two moments is scaled.
+    # Keep the principal directions in the plane of symmetry: shift the mean of the two moments, and
+    # scale half their difference.
     shift = (moments[0] + moments[1]) / 2 - mean
     new_half = (moments[1] - moments[0]) / 2
     excess = (new_half - half) / half if abs(new_half - half) > _ROUNDOFF * half else 0.0

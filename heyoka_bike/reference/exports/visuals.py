@@ -54,24 +54,24 @@ class Primitive:
 
     @property
     def middle(self) -> Point:
-        """Centre [m]."""
+        """Centre of the primitive [m]."""
         x, y, z = ((a + b) / 2 for a, b in zip(*self.ends, strict=True))
         return x, y, z
 
     @property
     def along(self) -> Point:
-        """Vector from the first end to the other [m]."""
+        """Vector from the first end of the primitive to the second [m]."""
         x, y, z = (b - a for a, b in zip(*self.ends, strict=True))
         return x, y, z
 
     @property
     def length(self) -> float:
-        """Distance of the ends [m]."""
+        """Distance between the two ends of the primitive [m]."""
         return hypot(*self.along)
 
 
 def primitives(bicycle: Bicycle, places: Mapping[str, Point]) -> Iterator[Primitive]:
-    """Yield the primitives of a bicycle whose links have their origins at these places [m]."""
+    """Yield the primitives of a bicycle; `places` are the origins of its links [m]."""
     drawn = shape(bicycle)
     for solid in drawn.solids:
         link = _LINKS[solid.body]
@@ -81,7 +81,7 @@ def primitives(bicycle: Bicycle, places: Mapping[str, Point]) -> Iterator[Primit
 
 
 def _solid(solid: Solid, link: str, origin: Point) -> Iterator[Primitive]:
-    """Yield the spheres of a solid, and a cylinder between each two of them.
+    """Yield the spheres of a solid, and a cylinder between each pair of spheres.
 
     A tube of the bicycle (two spheres) is drawn without them, as a cylinder.
     """
@@ -97,8 +97,8 @@ def _wheel(link: str, radius: float) -> Iterator[Primitive]:
     """Yield tyre, spokes, marks and hub of a wheel that turns about the y axis at the origin."""
     tyre = min(_TYRE, radius / 8)
     scale = tyre / _TYRE
-    # The corners of the polygon lie as far outside of the tyre's centre line as the middles of its
-    # sides lie inside.
+    # The tyre is drawn as a polygon. Its corners lie as far outside of the tyre's centre line as
+    # the middles of its sides lie inside.
     rim = (radius - tyre) * 2 / (1 + cos(pi / _SEGMENTS))
 
     def at(angle: float, distance: float) -> Point:

@@ -50,7 +50,7 @@ DEPTH = 6
 
 _BITS_OF_ARCS = 64
 _FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
-# Ends of the arcs of the half circle, in units of pi.
+# Arcs that cover the half circle: the angles of their ends, in units of pi.
 _HALF_CIRCLE = [
     (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
 ]
@@ -63,12 +63,12 @@ _Found = TypeVar("_Found")
 
 
 class TooLongError(Exception):
-    """The proof does not work over a piece, for a stated reason; it may work on its halves."""
+    """The proof fails over a piece, for a stated reason; it may succeed over its halves."""
 
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle inside of which F is analytic, and bounds on abs(F_i) on it and on the polydisc.
+    """A circle inside of which F is analytic, with bounds on abs(F_i) on it and on the polydisc.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Circle:
 
 
 def circle_equations(run: Trajectory) -> Equations:
-    """Return the equations of a run in the precision of circles."""
+    """Return the equations of a run, with the working precision that is used on circles."""
     return run.equations(Balls(_BITS_OF_ARCS))
 
 
@@ -128,12 +128,12 @@ def _polydiscs(piece: Piece, function: Function, equations: Equations) -> Iterat
 
 
 def rho(variables: int = SIZE) -> list[flint.arb]:
-    """Return the first radii of `RHO` as numbers of python-flint, exact at any precision."""
+    """Return the first radii of `RHO` as balls that are exact at any precision."""
     return [exact_ball(x) for x in RHO[:variables]]
 
 
 def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
-    """Bound the change of a function from the candidate to the exact state, relative to M.
+    """Bound a function's change from the candidate to the exact state, divided by its bound M.
 
     Derivatives with respect to the state are at most M / (rho / 2) if the state is within rho / 2
     of the candidate. This function checks that it is.
@@ -159,7 +159,7 @@ def defect(row: Sequence[flint.arb], rates: Sequence[flint.arb]) -> flint.arb:
 
 
 def refused(piece: Piece, why: str) -> NotCertifiedError:
-    """Return the error for a piece that is not certified."""
+    """Return the error that reports a piece that could not be certified."""
     run = piece.run
     return NotCertifiedError(
         f"{run.maneuver.name}: step {piece.step + 1} of {run.steps}, t = {float(piece.t0):g} to "
@@ -205,8 +205,8 @@ def _values(
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
         slopes = [_slope_bound(row, radius) for row in rows]
-        # Real polynomials have complex conjugate values at conjugate points, so half of the circle
-        # is enough.
+        # Real polynomials have complex conjugate values at conjugate points, so it is enough to
+        # bound the function on half of the circle.
         arcs, biggest = _HALF_CIRCLE, list[flint.arb]()
         while arcs:
             a.start(len(arcs))
@@ -227,7 +227,7 @@ def _values(
 def _is_small(
     piece: Piece, function: Function, equations: Equations, polydisc: Sequence[flint.arb]
 ) -> bool:
-    """Return whether F is enclosed on a polydisc `_MARGIN` times larger around a piece's middle."""
+    """True if F can be enclosed around a piece's middle, on a polydisc `_MARGIN` times larger."""
     a = Rim(_BITS_OF_ARCS)
     with equations.precision():
         a.start(1)
@@ -242,17 +242,17 @@ def _is_small(
 
 
 def _largest(values: Sequence[flint.acb], is_done: Sequence[bool]) -> flint.arb:
-    """Return the largest size on the finished arcs as an exact number, not as a wider ball."""
+    """Return the largest absolute value on the finished arcs, as an exact number, not as a ball."""
     return largest(abs(x).upper() for x, done in zip(values, is_done, strict=True) if done)
 
 
 def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
-    """Return a bound of abs(p') on the disc, from the coefficients."""
+    """Bound abs(p') on the disc, by the absolute coefficients of p."""
     return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
 
 
 def _parts(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
-    """Return the halves of an arc, and at one level of halving also a smallest part as a probe.
+    """Return the halves of an arc; at one level of halving add a smallest part as a probe.
 
     If the probe fails, the circle fails early instead of after all halvings.
     """
@@ -268,7 +268,7 @@ def _arc(
     polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
     polydisc: Sequence[flint.arb], radius: int, low: Fraction, high: Fraction,
 ) -> list[flint.acb]:  # fmt: skip
-    """Return states on an arc (angles in units of pi), as balls that contain arc and polydisc."""
+    """Return balls that contain the states on an arc (in units of pi) and their polydiscs."""
     middle, half = (low + high) / 2, (high - low) / 2
     q = flint.fmpq(middle.numerator, middle.denominator)
     centre = flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) * radius
@@ -281,6 +281,6 @@ def _arc(
 
 
 def _complex(x: Number, arcs: int) -> list[flint.acb]:
-    """Return the values on all arcs."""
+    """Return the value of a function on each arc; a constant is repeated."""
     found = x.x if hasattr(x, "rim") else flint.acb(x)
     return list(found) if isinstance(found, np.ndarray) else [found] * arcs

@@ -58,12 +58,12 @@ STATEMENT = (
 
 
 def statement_of(*, is_decided: bool) -> str:
-    """Return the statement of a dataset; it mentions undecided roundings if there may be any."""
+    """Return the statement of a certificate, which mentions roundings that may be undecided."""
     return STATEMENT if is_decided else STATEMENT + _OF_UNDECIDED
 
 
 def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
-    """Return the proved columns by file; one text may stand for several files, one per maneuver.
+    """Return the names of the proved columns by file; the text files of all maneuvers share a key.
 
     Parameters
     ----------
@@ -144,17 +144,17 @@ class Proof:
 
     @property
     def bound(self) -> Fraction:
-        """Largest bound over the interval."""
+        """Largest bound on a state variable over the interval."""
         return max(x for x, _ in self.states.values())
 
     @property
     def bound_end(self) -> Fraction:
-        """Largest bound at the end."""
+        """Largest bound on a state variable at the end of the interval."""
         return max(x for _, x in self.states.values())
 
 
 def summarise(x: Table) -> Proof:
-    """Gather the proved facts of a table."""
+    """Collect the proved facts about a maneuver from its table."""
     worst = [max(column) for column in zip(*x.certificate.pieces, strict=True)]
     pairs = zip(worst, x.certificate.end, strict=True)
     return Proof(
@@ -188,7 +188,7 @@ def _relative(dense: Dense, rows: Values) -> Mapping[str, Fraction]:
 
 
 def relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
-    """Return the entry on the bounds of the dense output of a maneuver."""
+    """Return the relative bounds of a maneuver's dense output, for its entry in the certificate."""
     return _above(_relative(m.dense, m.rows))
 
 
@@ -206,7 +206,7 @@ def document(
     inputs: Mapping[str, Any], files: Container[str], maneuvers: Sequence[Any],
     columns: Mapping[str, Sequence[Column]] = structure.COLUMNS_OF, statement: str = STATEMENT,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return certificate.json of a dataset with these files; for the parameters see `proved`."""
+    """Return the content of certificate.json for these files; see `proved` for the parameters."""
     return {
         "schema_version": 1,
         "statement": statement,
@@ -221,7 +221,7 @@ def document(
 
 
 def entry(proof: Proof) -> dict[str, Any]:
-    """Return the entry of a maneuver; decimals are bounds."""
+    """Return the entry of a maneuver in the certificate; its decimals are bounds."""
     return {
         "maneuver": proof.name,
         "steps": proof.steps,
@@ -249,7 +249,7 @@ def entry(proof: Proof) -> dict[str, Any]:
 
 
 def drift_entry(drift: Drift, bits: int) -> dict[str, str]:
-    """Return the entry on energy and contact of a run with this many bits."""
+    """Return the entry on the drift of energy and contact, for a run with this many bits."""
     return {
         "performance_percent": decimal_above(Fraction(drift.performance)),
         "energy": decimal_above(Fraction(drift.energy) / 2**bits),
@@ -262,7 +262,7 @@ def _above(bounds: Mapping[str, Fraction]) -> dict[str, str]:
 
 
 def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
-    """Compare certificate.json with the proofs: bounds must cover them, all else must be equal.
+    """Check certificate.json against the proofs: bounds must cover them, all else must be equal.
 
     Raises
     ------
@@ -281,7 +281,7 @@ def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
 
 
 def _covers(published: Any, proved: Any, where: str) -> None:
-    """Check that decimal strings are valid bounds and everything else is equal."""
+    """Check that published decimals are no smaller than the proved ones, and all else is equal."""
     if isinstance(proved, dict):
         if not isinstance(published, dict) or set(published) != set(proved):
             raise NotCertifiedError(f"{where}: found other entries than {', '.join(proved)}")

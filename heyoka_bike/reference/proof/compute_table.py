@@ -75,7 +75,7 @@ class Table:
 
     @property
     def numbers(self) -> dict[str, dict[str, Any]]:
-        """Arrays of the maneuver's group in each HDF5 file."""
+        """Arrays to store in the group of the maneuver, for each HDF5 file."""
         times = rounded_times(self.maneuver)
         return {
             layout.HDF5: numbers_of_table(times, self.rows, self.dense),
@@ -136,7 +136,7 @@ def compute_rows(
     published: ReferenceManeuver | None,
     report: OnStage,
 ) -> tuple[RoundedRows, Dense, Drift]:
-    """Compute every number of the columns, and the drift of the run's conserved quantities."""
+    """Compute rows and dense output of all columns, and the drift of the conserved quantities."""
     rows = round_rows(run, certificate, partial(report, "rows"))
     at = evaluator(run)
     constant = constant_columns(run)
@@ -161,7 +161,7 @@ def compute_motion(
     published: ReferenceManeuver | None,
     report: OnStage,
 ) -> tuple[Values, Dense]:
-    """Compute every number of the whole motion."""
+    """Compute rows and dense output of the whole motion."""
     dense = None if published is None else published.dense
     found = tabulate_motion(run, certificate, dense, partial(report, "motion"))
     _compare_tables(run, *found, published)
@@ -171,7 +171,7 @@ def compute_motion(
 def compute_derivatives(
     run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: OnStage
 ) -> Sensitivity:
-    """Compute every number of the derivatives."""
+    """Compute the derivatives of all columns with respect to the unknowns."""
     found = differentiate(run, certificate, partial(report, "vary"))
     if published is not None:
         stored = numbers_of_derivatives(published)
@@ -180,7 +180,7 @@ def compute_derivatives(
 
 
 def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any]:
-    """Return the arrays of a group of rows and dense output."""
+    """Return rows and dense output as arrays, by the names of their HDF5 datasets."""
     return {
         **dict(zip(("time", "time_lo"), times, strict=True)),
         **_tagged(rows.hi, rows.lo, rows.bound),
@@ -190,7 +190,7 @@ def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any
 
 
 def numbers_of_derivatives(x: Sensitivity) -> dict[str, Any]:
-    """Return the arrays of a group of derivatives."""
+    """Return derivatives as arrays, by the names of their HDF5 datasets."""
     return {
         "breaks": x.breaks,
         **_tagged(x.coefficients, {}, x.bound),
@@ -207,7 +207,7 @@ def _tagged(*parts: Mapping[str, Array]) -> dict[str, Any]:
 def _compare_tables(
     run: Trajectory, rows: Values, dense: Dense, x: ReferenceManeuver | None
 ) -> None:
-    """Compare rows and dense output with the published ones, if there are any."""
+    """Compare rows and dense output with the published ones, if published ones are given."""
     if x is not None:
         stored = numbers_of_table((x.time, x.time_lo), x.rows, x.dense)
         _compare(run, numbers_of_table(rounded_times(run.maneuver), rows, dense), stored)
@@ -216,7 +216,7 @@ def _compare_tables(
 def _compare(
     run: Trajectory, proved: Mapping[str, Any], published: Mapping[str, Any], inside: str = ""
 ) -> None:
-    """Compare every published number to the bit, except NaN; bounds must cover the proved ones.
+    """Check that published numbers other than NaN equal the proved ones; bounds must cover them.
 
     Both arguments map names of groups to arrays by names of datasets; `inside` says what the
     indices count.
@@ -252,7 +252,7 @@ def _compare(
 
 
 def _in_words(name: str, inside: str) -> str:
-    """Return the name of a dataset in words, up to the index in it."""
+    """Return the name of a dataset in words, to be followed by an index."""
     stem = name.removesuffix(hdf5.LOW).removesuffix(hdf5.BOUND)
     if name.endswith(hdf5.UNDECIDED):
         return f"{name}, entry"

@@ -89,7 +89,7 @@ def interpolate(
     near: LocalEvaluator, end: Fraction, balls: Balls, scales: Mapping[str, float],
     constant: Mapping[str, Value], progress: OnTime = lambda _: None,
 ) -> Dense:  # fmt: skip
-    """Interpolate columns by Chebyshev pieces from 0 to the end.
+    """Interpolate columns from time 0 to the end, by piecewise Chebyshev polynomials.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def interpolate(
 
 
 def scale_of_dense(rows: Values, name: str) -> float:
-    """Return the scale of a column that is to be interpolated.
+    """Return the scale of a column, to which `interpolate` resolves it.
 
     The scale is large enough that `interpolate` does not resolve details below the uncertainty of
     the column.
@@ -147,7 +147,7 @@ def _fit(
     near: LocalEvaluator, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
     a: Fraction, b: Fraction,
 ) -> list[list[flint.arb]]:  # fmt: skip
-    """Return coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
+    """Return Chebyshev coefficients of columns on [a, b], from their values at Chebyshev nodes."""
     middle, half = (a + b) / 2, (b - a) / 2
     values = []
     for x in nodes.x:
@@ -174,7 +174,7 @@ def _is_resolved(
 def _on_grid(
     table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str]
 ) -> list[list[tuple[float, float]]]:
-    """Return coefficients rounded to the column's grid, as hi and lo."""
+    """Round coefficients to the grid of their column, a power of two; return them as hi and lo."""
     out = []
     for name, row, grid in zip(names, table, grids, strict=True):
         pairs = []
@@ -182,8 +182,8 @@ def _on_grid(
             scaled = c * flint.arb(2) ** grid
             n = (scaled + flint.arb(0.5)).floor()
             if n.unique_fmpz() is None:
-                # Choose either of the two neighbouring integers. The bound of the published value
-                # is computed afterwards, so it covers this choice.
+                # Either of the two neighbouring integers may be chosen, because the bound of the
+                # published value is computed afterwards, so it covers the choice.
                 n = (scaled.mid() + flint.arb(0.5)).floor().mid()
             pairs.append(hi_lo(Enclosure.of(dyadic(n) / Fraction(2) ** grid), name))
         out.append(pairs)
@@ -259,7 +259,7 @@ def bound_dense(
 
 
 def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
-    """Check that every dense piece lies within the time of the candidate, where it has a bound."""
+    """Check that the candidate covers every dense piece, because its bounds hold only there."""
     breaks = dense.breaks
     problem = None
     if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
@@ -283,14 +283,14 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 def expansions(
     run: Trajectory, function: cauchy.Function, stretches: Iterable[Stretch]
 ) -> Iterator[Expansion]:
-    """Expand a function along pieces, or parts of them where no circle works for a whole one."""
+    """Expand a function along pieces, divided where it is not shown to be analytic around them."""
     expanding = _Expanding(run, function)
     for piece, bounds in stretches:
         yield from cauchy.in_parts(piece, partial(expanding.part, bounds))
 
 
 def _norms(run: Trajectory, certificate: Certificate) -> Iterator[Expansion | Enclosed]:
-    """Expand `NORMS`, or enclose them over the parts of pieces where no circle works."""
+    """Expand `NORMS` along pieces; enclose them over the parts where no expansion is found."""
     expanding = _Expanding(run, Equations.norms)
     enclosing = run.equations(NonnegativeRoots(BITS)).norms
 
@@ -307,7 +307,7 @@ def _norms(run: Trajectory, certificate: Certificate) -> Iterator[Expansion | En
 
 
 class _Expanding:
-    """Expands a function along pieces on which a circle works."""
+    """Expands a function along pieces around which it is shown to be analytic."""
 
     def __init__(self, run: Trajectory, function: cauchy.Function) -> None:
         equations, self.on_circles = run.equations(Balls(BITS)), cauchy.circle_equations(run)
@@ -319,8 +319,8 @@ class _Expanding:
         a = Samples.of(BITS, ceil(_REMAINDER_BITS / log2(circle.radius)), circle.radius)
         with a.precision():
             values = a.coefficients(self.function(self.at_points.over(a), piece.samples(a)))
-            # Bound on the omitted Taylor terms plus the distance of the exact motion from the
-            # candidate.
+            # Relative bound on the omitted Taylor terms, plus the relative change of the function
+            # from the candidate to the exact motion.
             rest = a.left_out + cauchy.moved(bounds, circle.rho)
             remainders = [(m * rest).upper() for m in circle.values]
         return Expansion(piece, list(map(flint.arb_poly, values)), remainders)
@@ -338,7 +338,7 @@ class Expansion:
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
         piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
     ) -> list[float]:  # fmt: skip
-        """Bound the distance of each column from its Chebyshev piece over a span of both.
+        """Bound the distance of each column from its Chebyshev piece, over a span of time.
 
         The values of their difference at Chebyshev nodes of the span bound it.
         """
@@ -369,7 +369,7 @@ class Expansion:
 
 @dataclass(frozen=True)
 class Enclosed:
-    """Columns without an expansion along a part of the motion: their enclosures over spans."""
+    """Columns that have no expansion along a part of the motion and are enclosed over spans."""
 
     piece: Piece
     bounds: tuple[Fraction, ...]
@@ -379,7 +379,7 @@ class Enclosed:
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
         piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
     ) -> list[float]:  # fmt: skip
-        """Bound the distance of each column from its Chebyshev piece over a span of both.
+        """Bound the distance of each column from its Chebyshev piece, over a span of time.
 
         By Markov's inequality, T_k changes over a step by at most k^2 times the step.
         """
@@ -419,20 +419,20 @@ class Enclosed:
 
 @cache
 def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
-    """Return nodes, and the largest factor by which a polynomial exceeds its values at them."""
+    """Return nodes, and the largest ratio of a polynomial of this degree to its values at them."""
     count = _NODES_PER_DEGREE * degree
     with working_bits(_DIFFERENCE_BITS):
         return chebyshev_nodes(count), in_between(degree, count)
 
 
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
-    """Bound the distance of a constant from a piece, whose other coefficients should be 0."""
+    """Bound the distance of a Chebyshev piece from a constant; only c_0 should differ from 0."""
     rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
     return upward(Enclosure.of(x).minus(float(hi[0]), float(lo[0])).size() + rest)
 
 
 def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
-    """Yield the candidate piece by piece, with the integrals from the start of the motion.
+    """Yield the pieces of the candidate, extended by the integrals from the start of the motion.
 
     Raises
     ------
@@ -445,7 +445,7 @@ def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretc
 
 
 class _Integrator:
-    """Carries the exact integrals along the candidate, and the bounds on their errors."""
+    """Continues the integrals along the candidate: exact values, and bounds on their errors."""
 
     def __init__(self, run: Trajectory) -> None:
         self.bits = run.grid + 64
@@ -455,10 +455,10 @@ class _Integrator:
         self.error = [Fraction(0)] * len(INTEGRALS)
 
     def stretch(self, bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Stretch:
-        """Return a piece with the integrals added to the state; a circle must work on it."""
+        """Return a piece extended by the integrals, whose rates must be analytic around it."""
         circle = cauchy.circle_bound(piece, rates_of_integrals, self.circles)
-        # Number of terms from which Cauchy's estimate is below the rounding unit of the
-        # coefficients.
+        # With this many terms, Cauchy's estimate of the omitted terms is below the rounding unit of
+        # the coefficients.
         length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
         a = Samples.of(self.bits, length, circle.radius)
         with a.precision():
@@ -477,7 +477,7 @@ class _Integrator:
         )
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
-        """Return an integral's polynomial as integers; its initial value may be rounded."""
+        """Return an integral's polynomial as integers; rounding its start adds to its error."""
         first = round(self.at[i] * 2**piece.grid)
         self.error[i] += abs(self.at[i] - Fraction(first, 2**piece.grid))
         powers = range(1, len(piece.rows[0]))
@@ -536,7 +536,7 @@ def round_motion(
 def _enclosed(
     run: Trajectory, stretches: Sequence[Stretch], progress: OnTime
 ) -> Iterator[dict[str, flint.arb]]:
-    """Yield enclosures of all columns at the rows."""
+    """Yield enclosures of all columns of the whole motion, row by row."""
     balls = NonnegativeRoots(run.evaluation_bits)
     starts = [s.piece.t0 for s in stretches]
     at, polynomials = -1, [flint.arb_poly()]
@@ -559,7 +559,7 @@ def _enclosed(
 
 
 def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
-    """Return hi, lo, bound and whether the rounding is decided; NaN if there is no enclosure."""
+    """Return hi, lo, their bound, and whether the rounding is decided; NaN if not enclosed."""
     if not x.is_finite():
         return nan, nan, nan, False
     enclosed = Enclosure.of(x)
@@ -574,5 +574,5 @@ def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
 
 
 def _is_negligible(x: Enclosure) -> bool:
-    """Return whether an enclosure contains zero and is negligibly narrow."""
+    """True if an enclosure contains zero and is negligibly narrow."""
     return x.holds_zero and x.high - x.low <= Fraction(1, 2**_NOTHING_BITS)

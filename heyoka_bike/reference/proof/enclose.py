@@ -74,7 +74,7 @@ _SPANS = 8
 
 @dataclass(frozen=True)
 class Frame:
-    """The error lies in ``matrix . box``, abs(box) <= radii."""
+    """A set that contains the error: ``matrix . box`` for every box with abs(box) <= radii."""
 
     matrix: flint.arb_mat
     radii: BallVector
@@ -84,7 +84,7 @@ class Frame:
         return abs_times(self.matrix, self.radii)
 
     def widened(self, by: BallVector) -> Frame:
-        """Return the frame with a box of the given radii added."""
+        """Return a frame that also contains the sum of this one and a box of the given radii."""
         if all(x == 0 for x in by):
             return self
         with working_bits(MATRIX_BITS):
@@ -93,7 +93,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Flow:
-    """A near solution Y of the variational equation Y' = h J Y, Y(0) = 1, over a piece.
+    """An approximate solution Y of the variational equation Y' = h J Y, Y(0) = 1, over a piece.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ def _size(p: list[flint.arb_mat], weights: BallVector) -> flint.arb:
 
 
 class Carried:
-    """The error over a piece: the part that enters through the frame, and the part added by forces.
+    """The error over a piece: the part that it has at the start, and the part that forces add.
 
     A force at tau acts at s through Y(s) Y(tau)^-1. The product is formed before its absolute value
     is taken, because the two factors are large and cancel. Its bound for all s is assembled from
@@ -182,8 +182,9 @@ class Carried:
         size = weighted(forces, weights)
         kappa = flow.size_inverse * flow.defect
         inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
-        # `one` bounds the difference between Y(s) V(c) and Y(s) Y(c)^-1. The difference between
-        # products of two such factors is at most twice `one` plus its square.
+        # `one` bounds the change of a factor Y(s) Y(c)^-1 if V(c) replaces Y(c)^-1; the size of the
+        # factor is at most `size_y` times `size_inverse`. A product of two factors then changes by
+        # at most twice `one` times that size, plus `one` squared.
         one = self.size_y * flow.size_inverse * flow.eta
         replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
         charge = self.size_y * inside + replaced * size
@@ -194,12 +195,12 @@ class Carried:
         return sup, [(x + y).upper() for x, y in zip(at_end, charges, strict=True)]
 
     def end(self, added: BallVector) -> Frame:
-        """Return the frame at the end."""
+        """Return the frame at the end of the piece; `added` is the part that the forces add."""
         return Frame(*turned(value(self.product, flint.arb(1)), self.frame.radii, added))
 
 
 def _entrywise(a: flint.arb_mat, b: flint.arb_mat) -> flint.arb_mat:
-    """Return upper bounds of the larger entry of two nonnegative matrices."""
+    """Return, for each entry, an upper bound of the larger entry of two nonnegative matrices."""
     return flint.arb_mat([[a[i, j].max(b[i, j]).upper() for j in range(SIZE)] for i in range(SIZE)])
 
 
@@ -226,8 +227,8 @@ def enclose(trajectory: Trajectory, progress: OnTime | None = None) -> Certifica
         bounds.append(_fractions(sup))
         if progress is not None:
             progress(float(trajectory.breaks[i + 1]))
-    # The frame's corners may exceed the bound over the last piece. That bound is valid at the end
-    # of the piece, too, so the smaller of the two is used.
+    # The frame at the end may reach beyond the bound over the last piece, which is valid at its
+    # end, too. So the smaller of the two is used.
     with working_bits(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
@@ -257,7 +258,7 @@ def _check_shape(run: Trajectory) -> None:
 
 
 class Prover:
-    """Carries the bound on the error along the pieces of a candidate."""
+    """Carries the bound on the error from piece to piece along a candidate."""
 
     matrix_bits = MATRIX_BITS
     """Working precision of all computations with Y."""
@@ -267,8 +268,8 @@ class Prover:
         self.too_long = run.breaks[-1] * 2
         self.bits = run.grid + 64
         longest = max(len(row) for piece in run.pieces for row in piece)
-        # R^-L is below the rounding unit 2^-grid of the candidate for the radius R of every circle
-        # that is tried.
+        # Number of terms L such that R^-L is below the rounding unit 2^-grid of the candidate, for
+        # the radius R of every circle that is tried.
         self.lengths = {
             radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2
             for radius in cauchy.RADII
@@ -278,7 +279,7 @@ class Prover:
         self.high = run.equations(Balls(self.bits))
 
     def initial_frame(self) -> Frame:
-        """Return the distance of the candidate's initial state from the exact one."""
+        """Return a frame that contains the error of the candidate's initial state."""
         run = self.run
         with self.high.precision():
             start = initial_state(self.high, run.maneuver)
@@ -289,13 +290,13 @@ class Prover:
             return Frame(identity(SIZE), [x.upper() for x in distance])
 
     def piece(self, piece: Piece, frame: Frame) -> tuple[BallVector, Frame]:
-        """Bound the error over a piece and return the frame at its end; halve it if needed."""
+        """Bound the error over a piece, divided if needed; return bound and final frame."""
         self.frame = frame
         parts = zip(*cauchy.in_parts(piece, self._part), strict=True)
         return [reduce(flint.arb.max, bounds) for bounds in parts], self.frame
 
     def _part(self, piece: Piece, depth: int) -> BallVector:
-        # Do not try again a length that was too long for the previous piece.
+        # Halve a piece at once if it is as long as the last piece over which the proof failed.
         if depth < cauchy.DEPTH and piece.h >= self.too_long:
             raise cauchy.TooLongError
         try:
@@ -310,7 +311,7 @@ class Prover:
     def whole(
         self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
     ) -> tuple[BallVector, Frame]:
-        """Bound the error over an undivided piece by two circles; return the final frame."""
+        """Bound the error over a whole piece, using two circles; also return the final frame."""
         with working_bits(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
@@ -322,8 +323,8 @@ class Prover:
                 reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
                 if not reach < 0.5:
                     break
-                # Terms of f beyond the first order in e, on the line through p, from Cauchy's
-                # estimate in one variable.
+                # Bound on the terms of f beyond the first order in e, by Cauchy's estimate in one
+                # variable along the line through p.
                 beyond = [2 * step * m * reach**2 for m in near.values]
                 forces = [d + m for d, m in zip(delta, beyond, strict=True)]
                 sup, added = carried.bounds(forces)
@@ -334,7 +335,7 @@ class Prover:
             )
 
     def flow(self, piece: Piece, rim: cauchy.Circle, lengths: Sequence[int] = ()) -> Flow:
-        """Return Y and its bounds, at the first order that resolves Y."""
+        """Return the flow over a piece, at the first of some orders that resolves Y."""
         tried = lengths or _MATRIX_LENGTHS
         for length in tried:
             jacobian, tail = self._jacobian(piece, rim, length)
@@ -348,7 +349,7 @@ class Prover:
         raise cauchy.TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> BallVector:
-        """Return the distance from the end of piece i to the start of the next piece."""
+        """Return the jump between the end of piece i and the start of the next piece."""
         run = self.run
         if i + 1 == run.steps:
             return [flint.arb(0)] * SIZE
@@ -388,8 +389,8 @@ class Prover:
             values = equations.rates_with_yaw(duals.variables(piece.samples(a)))
             slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
             rest = step * a.left_out
-            # The last column contains the derivatives with respect to the yaw. They are zero,
-            # because no rate depends on the yaw.
+            # No rate depends on the yaw, so the last column, the derivatives with respect to it, is
+            # zero.
             tail = flint.arb_mat(
                 [[*((rest * f / x).upper() for x in rim.rho[:-1]), 0] for f in rim.values]
             )
@@ -397,7 +398,7 @@ class Prover:
 
 
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
-    """Return upper bounds as exact dyadic numbers."""
+    """Return the upper bounds of balls as exact fractions."""
     return tuple(map(upper_fraction, bounds))
 
 

@@ -47,7 +47,7 @@ _ONE_SECOND = Fraction(1)
 
 
 def known_states() -> tuple[Maneuver, ...]:
-    """Return the states with known exact values; they are numbered from 1."""
+    """Return the states of states.csv as maneuvers, whose values are exact; numbered from 1."""
     return read_maneuvers(find_input("maneuvers", "states"))
 
 
@@ -87,7 +87,7 @@ def _of_known(
 
 
 def as_csv(bicycle: Bicycle, states: Sequence[Maneuver]) -> bytes:
-    """Return the table of `of_known`, each value with the digits of its binary64."""
+    """Return the table of `of_known` as CSV; each value reads back as the same binary64."""
     table = _texts(of_known(bicycle, states))
     heading = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in table)
     rows = zip(*table.values(), strict=True)
@@ -116,7 +116,7 @@ def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> 
 
 
 def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
-    """Yield, in words, the differences of a file of states from the proved values."""
+    """Yield the differences of a file of states from the proved values, as text."""
     found = _read_csv(raw) if name == STATES else _read_hdf5(raw)
     coordinates = zip(*(found.get(key, ()) for key in COORDINATES), strict=True)
     try:
@@ -135,7 +135,7 @@ def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
 
 
 def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
-    """Construct a state from the decimals of `COORDINATES`."""
+    """Construct a state from decimal texts in the order of `COORDINATES`."""
     given = dict(zip(_KEYS_OF_START, coordinates, strict=True))
     for text in given.values():
         if not _DECIMAL.fullmatch(text):
@@ -145,7 +145,7 @@ def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
 
 
 def _texts(table: Mapping[str, Array]) -> dict[str, list[str]]:
-    """Return the columns of states.csv, without their units."""
+    """Return the columns of states.csv as texts, by names without units."""
     texts = {name: [repr(float(x)) for x in values] for name, values in table.items()}
     count = max(map(len, texts.values()), default=0)
     return {"state": [str(i + 1) for i in range(count)], **texts}
@@ -165,7 +165,7 @@ def _read_hdf5(raw: bytes) -> dict[str, list[str]]:
 
 
 def linear_by_speed(bicycle: Bicycle) -> Callable[[Fraction], dict[str, flint.arb]]:
-    """Return a function from the speed [m/s] to the quantities of the last level, as balls."""
+    """Return a function from speed [m/s] to the quantities of the last level, as balls."""
     g = exact_ball(bicycle["g"].rational)
     return cache(partial(linear_quantities, matrices(bicycle, NonnegativeRoots(BITS)), g))
 

@@ -48,7 +48,7 @@ from heyoka_bike.reference.values import RoundedRows, Values
 
 _RING = flint.fmpz_mpoly_ctx.get([("t", 5)], flint.Ordering.lex)
 _ONE_POLYNOMIAL = _RING.constant(1)
-# Stands for a pitch that is not known as an exact number.
+# Placeholder for a pitch that is not known as an exact number.
 _SOME_NUMBER = Exact(Fraction(1), Fraction(1))
 
 
@@ -64,7 +64,7 @@ _STATE_OF_START = {
 
 
 def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
-    """Return the columns of the initial state that are rational, by name.
+    """Return those columns of the initial state whose values are rational, by name.
 
     A missing value is irrational, or not recognised as rational: with an initial steer angle, any
     value that depends on the pitch. Without a lean all roll angles are zero. Without roll and steer
@@ -84,7 +84,8 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     o, u = equations.unfold(state)
     u = u._replace(p=roll_rate)
     if roll_rate.is_zero and steer_rate.is_zero:
-        # The rate of the pitch, q - nu, is zero at the start.
+        # The roll and steer rates are zero at the start, so the rate of the pitch, q - nu, is zero,
+        # too: q and nu are one number.
         turn = next((x for x in (u.q, u.nu) if x.num is not None), a.unknown())
         u = u._replace(q=turn, nu=turn)
     values = columns(equations.k, a, o, u, roll, pitch, steer, zero)
@@ -95,7 +96,7 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
 def exact_derivatives(
     bicycle: Bicycle, maneuver: Maneuver
 ) -> Mapping[str, Sequence[Fraction | None]]:
-    """Return derivatives of columns of the initial state; None if not recognised as rational.
+    """Return derivatives of the columns at the start; None for one not recognised as rational.
 
     With an initial steer angle only the derivatives of the inputs themselves are known.
     """
@@ -117,7 +118,7 @@ def exact_derivatives(
 
 
 def _operator(operate: Callable[[Element, Element], Element]) -> Callable[[Element, Any], Element]:
-    """Return an operator of two elements, the second of which may be an integer."""
+    """Return an operator whose second operand may also be an integer."""
 
     def of_any(self: Element, other: Any) -> Element:
         is_known = isinstance(other, Element | int)
@@ -201,7 +202,7 @@ class RationalFunctions(Arithmetic):
         self._angles: list[Exact | None] = []
 
     def unknown(self) -> Element:
-        """Return a new unknown; all that is known is that it has one value wherever it occurs."""
+        """Return a new unknown number, which has the same value wherever it occurs."""
         self._angles.append(None)
         return Element(_RING.gens()[len(self._angles) - 1])
 
@@ -264,7 +265,7 @@ TEXT_DIGITS = 50
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
-    """Return columns whose exact value does not change: the energy, and all of a steady motion.
+    """Return the columns with constant exact values: the energy, or all columns of a steady motion.
 
     The energy follows from the initial state alone.
     """
@@ -282,7 +283,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 def round_rows(
     run: Trajectory, certificate: Certificate, progress: OnTime = lambda _: None
 ) -> RoundedRows:
-    """Round every entry of the rows.
+    """Round every entry of the rows of a run, from enclosures of the exact values.
 
     Row 0 follows from the initial state in exact arithmetic, as far as it is rational. The other
     rows follow from the candidate and the certified bound on its distance from the exact motion.
@@ -316,7 +317,7 @@ def _as_claimed(
     run: Trajectory, certificate: Certificate, enclosed: Sequence[dict[str, Enclosure]],
     undecided: Mapping[str, Any],
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
-    """Return rows whose undecided entries are as wide as certificate.json says for the whole run.
+    """Widen the undecided entries of rows to the bounds that certificate.json states for the run.
 
     A reader who has only the certificate can then check the bound.
     """
@@ -335,7 +336,7 @@ def round_columns(
     names: Sequence[str], rows: Iterable[Mapping[str, Any]],
     rounded: Callable[[Any], tuple[float, float, float, bool]],
 ) -> Values:  # fmt: skip
-    """Round columns by `rounded`, which returns hi, lo, bound and whether that is decided."""
+    """Round columns; `rounded` returns hi, lo, their bound, and whether they are decided."""
     table = np.array([[rounded(row[name]) for name in names] for row in rows]).transpose(2, 1, 0)
     *parts, decided = (dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table)
     rows_of = {name: np.flatnonzero(x == 0).astype(np.int64) for name, x in decided.items()}
@@ -364,12 +365,12 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
 
 
 def _of_17_digits(hi: float, text: str) -> str:
-    """Return the binary64 as text; an undecided zero shows its uncertainty, as with 50 digits."""
+    """Return a binary64 with 17 digits; an undecided zero is written as in the 50-digit text."""
     return text if hi == 0 and text.startswith("0e") else f"{hi:.17g}"
 
 
 def distance(x: Enclosure, hi: float, lo: float) -> float:
-    """Return an upper bound, as binary64, of the distance of an exact number from hi + lo."""
+    """Return an upper bound, as binary64, of the distance of the enclosed number from hi + lo."""
     return upward(x.minus(hi, lo).size())
 
 
@@ -377,7 +378,7 @@ def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
     progress: OnTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
-    """Return enclosures of every column by row, exact in row 0 and for constants if known.
+    """Enclose every column in each row: exactly in row 0 and for constants if they are known.
 
     In a proof, a constant column must agree with its enclosure from the state.
     """

@@ -92,7 +92,7 @@ class ColumnDerivatives:
     def along(
         cls, variations: Sequence[Variation], unknowns: Unknowns, equations: Equations
     ) -> list[ColumnDerivatives]:
-        """Return the derivatives over some parts, computed together for all of them.
+        """Return the derivatives over several parts of the motion, computed together.
 
         `equations` are in balls.
         """
@@ -125,7 +125,8 @@ class ColumnDerivatives:
             values.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
         self.values = flint.arb_mat(values)
         left_out, lebesgue = nodes.left_out(v.radius), nodes.lebesgue
-        # Bounds on the states relative to rho: on the interval -1 <= u <= 1, and on the circle.
+        # Bounds on the derivatives of the state relative to rho: on the interval -1 <= u <= 1, and
+        # on the circle.
         sizes = flint.arb_mat([list(map(abs, m.entries())) for m in v.q])
         powers = flint.arb_mat([_powers(flint.arb(r), len(v.q)) for r in (1, v.radius)])
         near, rim = (
@@ -173,7 +174,7 @@ def _powers(x: flint.arb, count: int) -> BallVector:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A piece to be published.
+    """A Chebyshev piece of the derivatives, to be published.
 
     Attributes
     ----------
@@ -192,7 +193,7 @@ class Fitted:
 
     @classmethod
     def resolved(cls, parts: Sequence[ColumnDerivatives]) -> Iterator[Fitted]:
-        """Yield pieces on consecutive parts of the motion, a single one if that resolves them."""
+        """Yield pieces that cover consecutive parts of the motion: one piece if it is accurate."""
         found = cls.of(parts)
         if len(parts) == 1 or found.is_resolved:
             yield found
@@ -203,7 +204,7 @@ class Fitted:
 
     @property
     def is_resolved(self) -> bool:
-        """True if the interpolation error is negligible, or no larger than the uncertainty."""
+        """True if the interpolation error is negligible, or at most the values' uncertainty."""
         unknowns = len(self.left_out) // len(COLUMNS)
         columns = zip(*self.coefficients.tolist(), strict=True)
         return all(
@@ -240,7 +241,7 @@ class Fitted:
 
 
 def _holding(parts: Sequence[ColumnDerivatives], t: flint.arb) -> ColumnDerivatives:
-    """Return the part that contains a time."""
+    """Return that part of the motion which contains a time."""
     return next(p for p in parts if t <= exact_ball(p.t0 + p.h) or p is parts[-1])
 
 
@@ -293,7 +294,7 @@ def differentiate(
 
 
 def _bounded(parts: Iterator[Variation]) -> Iterator[Variation]:
-    """Yield the parts up to the first that cannot be bounded."""
+    """Yield the parts of the motion before the first one that cannot be bounded."""
     with suppress(NotCertifiedError):
         yield from parts
 
@@ -301,7 +302,7 @@ def _bounded(parts: Iterator[Variation]) -> Iterator[Variation]:
 def _at_start(
     run: Trajectory, equations: Equations, unknowns: Unknowns
 ) -> Mapping[str, Sequence[Value]]:
-    """Return derivatives at t = 0 by the smooth unknowns, exact if recognised as such."""
+    """Return the derivatives at t = 0 with respect to the smooth unknowns, exact if recognised."""
     exact = exact_derivatives(run.bicycle, run.maneuver)
     with equations.precision():
         columns = unknowns.varied.columns(equations)
@@ -372,7 +373,7 @@ class _Rounding:
         return table, bound
 
     def _constant(self, row: Sequence[flint.arb], constant: Value, name: str) -> list[flint.arb]:
-        """Return a constant row, after checking that the enclosures agree with it."""
+        """Return the row of a constant column, after checking the enclosures against it."""
         x = exact_ball(constant) if isinstance(constant, Fraction) else constant
         expected = [x, *[flint.arb(0)] * (len(row) - 1)]
         if not all(a.overlaps(b) for a, b in zip(row, expected, strict=True)):
@@ -382,7 +383,7 @@ class _Rounding:
         return expected
 
     def _rounded(self, row: Sequence[flint.arb], grid: int) -> tuple[list[float], flint.arb]:
-        """Return multiples of 2^-grid, and a bound on the sum of the rounding errors."""
+        """Round a row to multiples of 2^-grid; also return a bound on the sum of the errors."""
         unit = flint.arb(2) ** -grid
         numbers, apart = [], []
         for x in row:
@@ -398,7 +399,7 @@ class _Rounding:
     def _rows(
         self, name: str, rows: Sequence[Sequence[flint.arb]], count: int
     ) -> tuple[Array, Array]:
-        """Return values of a column and their bounds in binary64, of shape (rows, U)."""
+        """Return the rounded values of a column and their bounds, both of shape (rows, U)."""
         values, bound = (np.full((count, COUNT), np.nan) for _ in range(2))
         for u, unknown in enumerate(self.unknowns.smooth):
             j = _NAMES_OF_ROWS.index(name) * len(self.unknowns.smooth) + u
@@ -416,7 +417,7 @@ class _Rounding:
         return values, bound
 
     def _nearest(self, x: Value) -> tuple[float, float]:
-        """Return the nearest binary64 and its bound; zero if the enclosure contains zero."""
+        """Return the nearest binary64 (zero if the enclosure contains zero) and its error bound."""
         enclosed = Enclosure.of(x)
         found = 0.0 if enclosed.holds_zero else enclosed.binary64()
         if found is None:
@@ -426,7 +427,7 @@ class _Rounding:
 
 
 def _grid(rows: Sequence[Sequence[flint.arb]]) -> int:
-    """Return the grid for coefficients over the run, as a number of binary places."""
+    """Return the number of binary places to which coefficients are rounded, one for the run."""
     size = largest(abs(x.mid()) for row in rows for x in row)
     unknown = largest(x.rad() for row in rows for x in row)
     exponents = [

@@ -63,7 +63,7 @@ COUNT = len(PARAMETERS) + len(START)
 
 @dataclass(frozen=True)
 class Varied:
-    """Constants and initial state of a motion, as dual numbers in the unknowns.
+    """Constants and initial state of a motion as dual numbers, with derivatives by the unknowns.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Varied:
     def of(
         cls, bicycle: Bicycle, maneuver: Maneuver, pitch: Number, a: Arithmetic, *, is_regular: bool
     ) -> Varied:
-        """Construct in the number type of `a`; `pitch` is the initial pitch."""
+        """Construct the dual numbers in the number type of `a`; `pitch` is the initial pitch."""
         duals = Duals(a)
         symbols = list(PARAMETERS)
         p = {s: _unknown(x.rational, symbols.index(s)) for s, x in bicycle.values.items()}
@@ -92,11 +92,11 @@ class Varied:
         return cls(k, varied_state(k, duals, start, pitch, is_regular=is_regular))
 
     def columns(self, equations: Equations) -> Mapping[str, Number]:
-        """Return all columns at t = 0."""
+        """Return all columns at t = 0, as dual numbers."""
         return replace(equations, k=self.k, a=Duals(equations.a)).columns(self.state)
 
     def is_smooth(self, unknown: int) -> bool:
-        """Return whether the equations have a derivative with respect to an unknown.
+        """True if the equations have a derivative with respect to an unknown.
 
         The equations contain the ratio of two inertias of an assembly. Both are zero if all of its
         mass lies on a line along the steer axis, and then the effect of changing one of them has no
@@ -107,7 +107,7 @@ class Varied:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Derivatives of the constants and of the initial state as matrices, in units of each unknown.
+    """Derivatives of constants and initial state with respect to unknowns, in their units.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ class Unknowns:
 
     @classmethod
     def of(cls, run: Trajectory, equations: Equations) -> Unknowns:
-        """Construct for a run, in the precision of its equations in balls."""
+        """Compute the derivatives for a run, in the precision of its equations in balls."""
         with equations.precision():
             pitch = pitch_at_start(equations, run.maneuver)
             varied = Varied.of(
@@ -166,7 +166,7 @@ class Unknowns:
     def gradients(
         self, function: Function, equations: Equations, a: Arithmetic, state: Sequence[Number]
     ) -> list[list[Number]]:
-        """Return derivatives of a function's values by the state and by `constants`.
+        """Return derivatives of a function's values with respect to the state and `constants`.
 
         They are in the number type of `a`, to which the constants of `equations` are converted. A
         derivative with respect to something that a value does not depend on is the integer 0. There
@@ -269,7 +269,7 @@ def variations(
 
 
 class _Prover:
-    """Carries the exact derivatives of the candidate, and the frame of their errors."""
+    """Carries the derivatives along the candidate, and the frame that contains their errors."""
 
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
@@ -294,16 +294,16 @@ class _Prover:
             self.frame = Frame(identity(SIZE), _apart(unknowns.start, self.q))
 
     def piece(self, piece: Piece, bounds: Sequence[Fraction]) -> Iterator[Variation]:
-        """Yield the derivatives over a piece, in parts if it is too long."""
+        """Yield the derivatives over a piece, divided if it is too long."""
         return cauchy.in_parts(
             piece,
             lambda part, depth: self._whole(part, bounds, _SMALLER if depth >= _SMALL else 1),
         )
 
     def _whole(self, piece: Piece, bounds: Sequence[Fraction], smaller: int) -> Variation:
-        """Return the derivatives over a piece; `smaller` divides the radii of constants."""
-        # The variable of the right half runs from 0 in the middle to 1 at the end. Here it runs
-        # from -1 to 1.
+        """Return the derivatives over a piece; `smaller` divides the polydisc of the constants."""
+        # In the variable of its right half, a piece extends from -1 to 1: 0 is its middle, and 1
+        # its end.
         _, centred = piece.halves()
         circle = cauchy.circle_bound(
             centred, partial(self._widened, smaller), self.circles, _RADII_OF_CIRCLES
@@ -341,7 +341,8 @@ class _Prover:
         size_y = size_about_middle(y, weights)
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
-        # Solution of the variational equation that starts where the previous piece ended.
+        # Solution of the variational equation that continues the derivatives at the end of the
+        # previous piece.
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)
@@ -367,7 +368,7 @@ class _Prover:
         return q, bound
 
     def _widened(self, smaller: int, equations: Equations, state: Sequence[Number]) -> list[Number]:
-        """Return rates and columns on a circle, for all constants in their polydisc."""
+        """Return rates and columns on a circle, as balls for all constants in their polydisc."""
         reach = iter(self.reach)
         rim: Any = equations.a
 
@@ -390,7 +391,7 @@ class _Prover:
 
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Return rates of the state without the yaw, whose rate is a column, and then the columns."""
+    """Return the rates of the state without the yaw, and the columns, which include its rate."""
     return [*equations.rates(state), *equations.every_column(state)]
 
 
@@ -406,7 +407,8 @@ def _solution(
     p, left_over = solution(a, 0 * g[0], g)
     defect = _size(left_over, weights) + _size(g[-1], weights)
     sizes = [_size(x, weights) for x in p]
-    # Terms of the product of order len(a) - 1 and higher, an order that p' does not reach.
+    # Terms of the product of a and p whose order is len(a) - 1 or higher. p' has no terms of these
+    # orders.
     for j, x in enumerate(a):
         defect += norm(x, weights) * total(sizes[len(a) - 1 - j :])
     defect += norm(tail, weights) * total(sizes)
@@ -420,7 +422,7 @@ def _size(m: flint.arb_mat, weights: BallVector) -> flint.arb:
 
 
 def _apart(x: flint.arb_mat, y: flint.arb_mat) -> BallVector:
-    """Return a bound on abs(x - y) by row, for every column."""
+    """Bound the rows of abs(x - y), for every column."""
     return _rows(x - y)
 
 

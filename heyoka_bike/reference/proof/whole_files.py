@@ -50,8 +50,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     if manifest.dataset_version != manifest_file.CUSTOM:
         # `certify_after` proves these files.
         others |= {*layout.AFTER_FILES}
-    # The structure that is compared here does not depend on the lengths and texts. Undecided
-    # entries are compared with the proof later.
+    # Only the structure is compared here, and it does not depend on the lengths and texts. The
+    # proof compares the undecided entries later.
     empty = np.empty(0)
     undecided = {c.name + hdf5.UNDECIDED: empty for c in (*COLUMNS, *MOTION_COLUMNS)}
 
@@ -88,7 +88,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
         raise DatasetError(f"{folder}: a file of the set cannot be read ({reason})") from None
     for name, other in stated.items():
-        # The inputs of the file of states contain no maneuvers.
+        # states.h5 states inputs without maneuvers.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
@@ -108,7 +108,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
 
 
 def _unknown(item: Any, declared: hdf5.Group, where: str = "") -> Iterator[str]:
-    """Yield the paths of undeclared members of a group, including attributes."""
+    """Yield the paths of members and attributes of a group that are not declared."""
     yield from (f"{where}{name}" for name in item if name not in declared.members)
     yield from (
         f"attribute {where}{name}" for name in item.attrs if name not in declared.attributes
@@ -123,7 +123,7 @@ def _unknown(item: Any, declared: hdf5.Group, where: str = "") -> Iterator[str]:
 
 
 def _inputs(f: Any, name: str, groups: Mapping[str, hdf5.Group]) -> dict[str, Any]:
-    """Read the inputs that a file states; a file without groups has no maneuvers."""
+    """Read the inputs that an HDF5 file states; a file without groups has no maneuvers."""
     parameters = _json(f.attrs["parameters"], name)
     found: dict[str, Any] = {"bicycle": {"name": f.attrs["bicycle"], "parameters": parameters}}
     if groups:
@@ -133,7 +133,7 @@ def _inputs(f: Any, name: str, groups: Mapping[str, hdf5.Group]) -> dict[str, An
 
 
 def _json(raw: str | bytes, name: str) -> Any:
-    """Parse JSON without duplicate keys: which of two values is read depends on the reader."""
+    """Parse JSON, and reject duplicate keys: readers differ in which of two values they use."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         document = dict(pairs)
@@ -147,10 +147,10 @@ def _json(raw: str | bytes, name: str) -> Any:
 
 
 def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
-    """Read certificate.json, and reject statements not proved for this many maneuvers."""
+    """Read certificate.json; reject unproved statements, and another number of maneuvers."""
     name = layout.CERTIFICATE
     found = _json(files[name], name)
-    # Both statements are accepted here. The proofs decide later which of them is right.
+    # Both statements are accepted here. The proofs later decide which of them is correct.
     known = (STATEMENT_1_5_0, statement_of(is_decided=False))
     statement = found["statement"] if found.get("statement") in known else STATEMENT
     expected = document({}, files, [], statement=statement)

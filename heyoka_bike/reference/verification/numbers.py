@@ -84,7 +84,7 @@ _ROLLING = INTEGRALS[:3]
 
 
 def row_zero(x: StoredManeuver, tally: Tally) -> None:
-    """Check that the rational values in the first row and the times are correctly rounded."""
+    """Check that the rational values in the first row, and all times, are correctly rounded."""
     rows = x.reference.rows
     for name, exact in exact_columns(x.bicycle, x.maneuver).items():
         if name not in rows:
@@ -122,7 +122,7 @@ def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
 
 
 def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
-    """Check contact and all columns of every row against the state variables in the same row."""
+    """Check, in each row, contact and all columns against the state variables of the same row."""
     balls = NonnegativeRoots(BITS)
     equations = Equations.of(x.bicycle, balls)
     with balls.precision():
@@ -136,7 +136,7 @@ def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
 
 
 def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
-    """Check that the whole motion of a row follows from the reference's row and the integrals."""
+    """Check each row of the whole motion against the reference's row and the integrals."""
     m = x.motion
     expected = rounded_times(x.maneuver)
     if any(a.tobytes() != b.tobytes() for a, b in zip(expected, (m.time, m.time_lo), strict=True)):
@@ -163,7 +163,7 @@ def _follow(
     x: StoredManeuver, m: ReferenceManeuver, row: int, made: Mapping[str, flint.arb], tally: Tally,
     what: str,
 ) -> None:  # fmt: skip
-    """Check that the columns of a row equal those computed from a state."""
+    """Check that the columns of a row equal the values `made`, computed from a state."""
     for name in m.columns:
         off = made[name] - stored_ball(m.rows, name, row)
         said = f"{x.at(name, row)}: differs by {_show(off)} {m.units[name]} {what}"
@@ -171,7 +171,7 @@ def _follow(
 
 
 def text_17(x: StoredManeuver, tally: Tally) -> None:
-    """Check that the text with 17 digits is hi.
+    """Check that the text with 17 digits equals hi.
 
     An undecided zero is written with an exponent, as in the text with 50 digits.
     """
@@ -185,7 +185,7 @@ def text_17(x: StoredManeuver, tally: Tally) -> None:
 
 
 def text_50(x: StoredManeuver, tally: Tally) -> None:
-    """Check that hi and lo are the text with 50 digits, rounded, and differ by less than the bound.
+    """Check that hi and lo are the rounded text with 50 digits, with an error below the bound.
 
     For undecided rows only the bound is checked.
     """
@@ -207,7 +207,7 @@ def text_50(x: StoredManeuver, tally: Tally) -> None:
 
 
 def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tally) -> None:
-    """Check hi, lo, bounds and the text with 50 digits against enclosures of the candidate.
+    """Check hi, lo, bounds and the 50-digit text against enclosures computed from the candidate.
 
     For decided values the enclosure is narrower than a unit in their last place, so they must equal
     the rounded enclosure to the last bit. Undecided values must lie within their bound.
@@ -286,7 +286,7 @@ def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
 
 
 def rolling(x: StoredManeuver, tally: Tally) -> None:
-    """Check that the integrals' dense output changes at the rates in the reference's rows.
+    """Check that the dense output of the integrals changes at the rates in the reference's rows.
 
     The limit uses the number of coefficients as the degree, which is one more than the degree of
     the piece, so it is slightly too large.
@@ -316,7 +316,7 @@ def rolling(x: StoredManeuver, tally: Tally) -> None:
 
 @dataclass(frozen=True)
 class _Changing:
-    """A polynomial in s, 0 <= s <= 1 on a piece, and a bound on its distance from the exact one.
+    """A polynomial in s, 0 <= s <= 1 on a piece, and a bound on its error.
 
     The text `off` ends the sentence that reports the error of its derivative.
     """
@@ -332,7 +332,7 @@ def _change_at(
     polynomials: Callable[[int], Iterable[_Changing]],
     rates: Callable[[int, Fraction, int], Sequence[flint.arb]],
 ) -> None:  # fmt: skip
-    """Check that the derivatives of polynomials equal the rates at each row.
+    """Check the derivatives of polynomials against the rates at each row.
 
     `polynomials` takes a piece; `rates` takes a row, its time and its piece. If a polynomial of
     degree n has an error of at most B on a piece of length h, Markov's inequality bounds the error
@@ -500,12 +500,12 @@ def stored_ball(values: Values, name: str, row: int) -> flint.arb:
 
 
 def _undecided(values: Values, name: str) -> frozenset[int]:
-    """Return the numbers of the rows that are declared undecided."""
+    """Return the indices of the rows whose rounding is declared undecided."""
     return frozenset(values.undecided.get(name, np.empty(0)).tolist())
 
 
 def _short(x: StoredManeuver) -> int:
-    """Count the entries of the text with 50 digits that have fewer digits."""
+    """Count the entries of the 50-digit text that are written with fewer digits."""
     if x.long_text is None:
         return 0
     columns = (x.long_text.columns[x.number, name] for name in BENCHMARK_COLUMNS)
@@ -513,13 +513,13 @@ def _short(x: StoredManeuver) -> int:
 
 
 def _is_short(token: str) -> bool:
-    """True if an entry of the 50-digit text is shorter, its last digits being undecided."""
+    """True if an entry of the 50-digit text has fewer digits, because the others are undecided."""
     digits, _, exponent = token.partition("e")
     return bool(exponent) and sum(map(str.isdigit, digits)) < TEXT_DIGITS
 
 
 def _is_written(x: Enclosure, token: str, where: str) -> tuple[bool, str]:
-    """Return whether an entry of the text with 50 digits fits its enclosure, and a message."""
+    """Return whether an entry of the 50-digit text fits its enclosure, and the error message."""
     if _is_short(token):
         number, near = Fraction(token), nearness(token)
         said = f"{where}: found {token}, expected a number within a unit of its last digit"
@@ -560,7 +560,7 @@ def nearness(token: str) -> Fraction:
 
 
 def _same_bits(found: Sequence[float], expected: Sequence[float]) -> bool:
-    """True if the numbers are equal bit by bit, including the sign of zero."""
+    """True if two sequences of numbers are equal bit by bit, including the sign of zero."""
     return np.array(found).tobytes() == np.array(expected).tobytes()
 
 
@@ -642,8 +642,8 @@ def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Ag
     seconds = time.perf_counter() - start
     bits = max(run.evaluation_bits, again.evaluation_bits)
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
-    # The two runs have different steps, and maybe different states, so one bound is used for all
-    # times and states.
+    # The two runs have different steps, and possibly different state variables, so one bound is
+    # used for all times and states.
     worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))
     bounds = (worst,) * len(again.states)
     off_by = Certificate(again.states, (bounds,) * again.steps, bounds)
@@ -683,7 +683,7 @@ def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Ag
 
 
 def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
-    """Return the most precise published number of a value, as a ball with its bound."""
+    """Return a ball around the most precise published number of a value, with its bound."""
     text = part.long_text
     if text is None or (part.number, name) not in text.columns:
         return stored_ball(part.reference.rows, name, row)

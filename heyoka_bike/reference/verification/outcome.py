@@ -41,7 +41,7 @@ class Check:
 
 @dataclass(slots=True)
 class Tally:
-    """Count of the values of a check, and of the wrong ones.
+    """Number of values that a check has examined, and number of those that are wrong.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Tally:
     largest: float = 0.0
 
     def counts(self, holds: bool, what: str, size: float = 0.0) -> None:
-        """Count one checked value and its measured size; unless `holds`, `what` is a failure."""
+        """Count one checked value and its size; unless it holds, record the failure `what`."""
         self.values += 1
         self.largest = max(self.largest, abs(size))
         if not holds:
@@ -75,14 +75,14 @@ class Tally:
         self.failures += 1
 
     def joined(self, other: Tally) -> Tally:
-        """Return the sum of two tallies; the first failure is that of this one if it has any."""
+        """Return the sum of two tallies; failures of this one come first."""
         return Tally(
             self.check, self.file, self.values + other.values, self.failures + other.failures,
             self.first or other.first, max(self.largest, other.largest),
         )  # fmt: skip
 
     def done(self, message: str, **evidence: Any) -> Check:
-        """Return the check, with `message` if there was no failure."""
+        """Return the finished check; its text is `message` if there was no failure."""
         if self.failures > 1:
             message = f"{self.first} (and {self.failures - 1} more)"
         elif self.failures:
@@ -104,14 +104,14 @@ BOUNDS = "bounds of the candidate"
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The numbers of a text file as they are written, by maneuver and column."""
+    """The entries of a text file as they are written, by maneuver and column."""
 
     file: TextFile
     columns: Mapping[tuple[int, str], tuple[str, ...]]
 
 
 class _Content(Generic[T]):
-    """Descriptor that returns a maneuver's contents from one file."""
+    """Descriptor that returns the content of one file of a maneuver."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -156,12 +156,12 @@ class StoredManeuver:
         return self.files.get(TEXT_50)
 
     def name_of(self, kind: str) -> str:
-        """Return the name of a file; the name of a text file may contain a maneuver's number."""
+        """Return the name of a file; that of a text file may contain the maneuver's number."""
         content = self.files.get(kind)
         return content.file.name if isinstance(content, Text) else kind
 
     def at(self, name: str, row: int) -> str:
-        """Return the place of a value in words."""
+        """Return in words where a value is: its maneuver, column and row."""
         return f"{self.maneuver.name}: {name}, row {row}"
 
 
@@ -171,7 +171,7 @@ SCHEMA_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Agreement of a rerun of a maneuver with the published numbers.
+    """Digits to which a rerun of a maneuver agrees with the published numbers.
 
     Attributes
     ----------
@@ -198,7 +198,7 @@ class Agreement:
     seconds: float
 
     def check(self) -> Check:
-        """Return the agreement as a check."""
+        """Return the agreement of the rerun as a check."""
         worst = min(self.published, key=self.published.__getitem__)
         message = (
             f"{self.maneuver}, {self.precision}: {self.published[worst]:.1f} digits of {worst} "
@@ -213,7 +213,7 @@ class Agreement:
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """Result of verifying a folder.
+    """Result of verifying the folder of a dataset.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ _ANY_VALUE = object()
 
 
 def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
-    """Yield a problem if the manifest's content_sha256 is not that of the numbers."""
+    """Yield a problem if the manifest's content_sha256 is not the hash of the numbers."""
     with hdf5.opened(raw) as f:
         found = layout.content_sha256(f)
     if found != e.manifest.content_sha256:
@@ -49,7 +49,7 @@ def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
 
 
 def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
-    """Yield the problems of the certificate, except for its numbers."""
+    """Yield the problems of the certificate's structure, but not of its numbers."""
     document = json.loads(raw)
     if raw != layout.as_json(document):
         yield "the form is not that of 'heyoka-bike generate'"
@@ -77,7 +77,7 @@ def _is_before_2(certificate: Mapping[str, Any]) -> bool:
 
 
 def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[str, Any]:
-    """Return the form of an entry, which may lack the keys of later versions."""
+    """Return the expected form of a maneuver's entry; the found one may lack keys of `later`."""
     bounds = {name: {c.name: BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
         **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY_VALUE),
@@ -100,7 +100,7 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
 
 
 def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
-    """Yield the differences of a document from a form: entries, texts, and invalid bounds."""
+    """Yield the differences of a document from its form: other entries or texts, invalid bounds."""
     if isinstance(form, dict):
         if list(found) != list(form):
             raise UnusableError(f"{where}expected the entries {', '.join(form)}")
@@ -126,7 +126,7 @@ def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[s
 
 
 def of_description(raw: bytes, e: SetForm, text: bytes) -> Iterator[str]:
-    """Yield a problem if a file that describes the dataset has another text than expected."""
+    """Yield a problem if a file that describes the dataset differs from the expected text."""
     if e.manifest.dataset_version != DATASET_VERSION:
         yield Unchecked("the text of another version")
     elif raw != text:
@@ -159,7 +159,7 @@ def _is_number(text: str, file: layout.TextFile) -> bool:
 
 
 def read_text(raw: bytes, file: layout.TextFile) -> Text:
-    """Return the numbers of a text file without problems."""
+    """Return the numbers of a text file in which no problem was found."""
     fields = [line.split(" ") for line in raw.decode("ascii").splitlines()]
     names = [(number, name) for number in file.numbers for name in BENCHMARK_COLUMNS]
     _, *columns = (tuple(column) for column in zip(*fields, strict=True))

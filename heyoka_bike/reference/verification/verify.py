@@ -301,7 +301,7 @@ def _structure(
 
 
 def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
-    """Return the bicycle and the maneuvers of a manifest, after checking the initial states."""
+    """Return bicycle and maneuvers of a manifest, after checking that the maneuvers can start."""
     given = manifest.inputs
     bicycle = Bicycle.parse(given["bicycle"]["name"], given["bicycle"]["parameters"])
     maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
@@ -328,7 +328,7 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
 
 
 def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
-    """Make all checks of a maneuver's numbers for which its files suffice."""
+    """Run all checks of a maneuver's numbers whose files are available."""
     found: list[Tally] = []
     for look, needed, made in CHECKS:
         if not part.files.keys() >= {*needed}:
@@ -337,7 +337,8 @@ def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
         try:
             look(part, *tallies)
         except DAMAGE as e:
-            # Numbers that are wrong by many orders of magnitude can overflow and raise an error.
+            # Numbers that are wrong by many orders of magnitude can overflow and raise an error,
+            # which is reported as a failure.
             tally = Tally("numbers", tallies[0].file)
             what = f"{type(e).__name__}: {' '.join(str(e).split()):.200}"
             tally.fail(f"maneuver {part.number}: the numbers cannot be evaluated ({what})")
@@ -349,7 +350,7 @@ def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
 
 
 def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
-    """Return one check of each kind and file, joined over all maneuvers."""
+    """Join the tallies of all maneuvers into one check of each kind and file."""
     order = list(MEASURED)
     joined: dict[tuple[str, str], Tally] = {}
     for tally in (tally for tallies in results for tally in tallies):
@@ -365,7 +366,7 @@ def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
 
 
 def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
-    """Yield the checks of the numbers that were not made because a file is damaged."""
+    """Yield the checks of numbers that could not be made, because a file is damaged."""
     done = {(check.check, check.file) for check in made}
     for _, needed, tallies in CHECKS:
         for name, kind in tallies.items():
@@ -473,7 +474,7 @@ def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes
 
 
 def _others(folder: Path, known: Collection[str], inside: str = "") -> Iterator[str]:
-    """Yield the names of unknown files; of a folder with no known file, the name of the folder."""
+    """Yield the names of unknown files; a folder without known files is named instead of them."""
     where = folder / inside
     for entry in os.listdir(where) if where.is_dir() else ():
         name = inside + entry
