@@ -142,7 +142,7 @@ def operations(bicycle: Bicycle) -> dict[str, int]:
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
-        # `StraightLine` writes a constant factor first, so check only the first factor.
+        # `StraightLine` writes a constant factor first, so only the first factor can be a literal.
         kind = "scale" if kind == "*" and text[0].isdigit() else kind
         count[kind] = count.get(kind, 0) + 1
     return count
