@@ -150,7 +150,7 @@ def _power(n: int) -> str:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """A line through points.
+    """A line of a chart, through points.
 
     Attributes
     ----------
@@ -197,7 +197,7 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point with a label.
+    """A point of a chart, with a label and a tooltip.
 
     Attributes
     ----------

@@ -47,7 +47,7 @@ def legend(items: Sequence[tuple[str, str, str]]) -> str:
 
 
 def _style_of(key: str) -> str:
-    """Return the CSS class of a column's lines; the eight benchmark columns all differ in it."""
+    """Return the CSS class of a column's lines, a different one for each benchmark column."""
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 

@@ -125,7 +125,7 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
         return f"<details><summary>{heading}</summary>{inner}</details>"
     content = heading + inner
     # Sections in a notebook have no anchors, because a notebook may contain two reports with equal
-    # ones.
+    # anchors.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content
 

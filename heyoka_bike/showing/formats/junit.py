@@ -95,7 +95,7 @@ def _told(report: Report) -> Iterator[Requirement]:
 
 
 def _properties(report: Report) -> Iterator[tuple[str, object]]:
-    """Yield the names and values of the properties; None if a value is unknown."""
+    """Yield names and values for the properties of a test suite; None if a value is unknown."""
     yield "dataset_version", report.dataset_version
     yield "bicycle", report.bicycle
     for m in report.maneuvers:

@@ -189,7 +189,7 @@ def _warnings(report: Report) -> str:
 
 
 def _next(report: Report, in_python: bool) -> str:
-    """Return what to do next, according to a report."""
+    """Return a sentence that tells the user what to do next, according to a report."""
     if report.diagnosis:
         return number_text.sentence(report.diagnosis[0].message)
     found = file_grade(report)

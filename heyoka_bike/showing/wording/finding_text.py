@@ -1,4 +1,4 @@
-"""Sentences of findings."""
+"""Make findings from evidence, and select their sentences."""
 
 from collections.abc import Iterable, Sequence
 

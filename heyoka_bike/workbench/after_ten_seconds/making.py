@@ -43,7 +43,7 @@ _A_HALF = Fraction(17, 16)
 _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 _ROUGH_DIGITS = 30
-# Newton's method stops when its step is smaller than 2^12 units in the last place.
+# Newton's method stops when its step is below 2^_LAST_BITS units in the last place.
 _LAST_BITS = 12
 
 

@@ -116,7 +116,7 @@ _AROUND = 2  # number of samples on either side of the largest sample
 
 
 def conditions(runs: Runs, samples: Array, which: Array) -> Array:
-    """Return how much each motion magnifies a small initial error, at most.
+    """Return the largest factor by which each motion magnifies a small initial error.
 
     This is the largest spectral norm of the derivative of the state with respect to the initial
     state.
@@ -173,7 +173,7 @@ def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
 
 
 def _seen(flow: Array, length: Array) -> Array:
-    """Return the derivatives of roll, steer, their rates and speed, shape (motions, 5, 5)."""
+    """Return the derivatives of the variables `START` by their initial values, (motions, 5, 5)."""
     found: Array = flow[:, (*LATERAL, SPIN)].copy()
     found[:, -1] *= length[:, None]
     return found

@@ -220,7 +220,7 @@ class CompiledPeers:
 
 
 class QuadruplePeer:
-    """Extrapolation in binary128 with libquadmath, compiled for a bicycle.
+    """The extrapolation method in C with libquadmath (binary128), compiled for a bicycle.
 
     Raises
     ------

@@ -32,7 +32,7 @@ DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 12
 _TOLERANCE_BITS = 5  # number of bits of the tolerance beyond the precision, as in `integrate`
 _GUARD_BITS_OF_CONSTANTS = 64  # number of bits of the constants beyond those of the run
 # Number of columns and tolerance of the extrapolation method in C. Of 8 to 16 columns, 8 are the
-# fastest for an error of 1e-30, because the weights of more columns lose digits.
+# fastest for an error of 1e-30, and the weights of more columns lose digits.
 _COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
 _QUADRUPLE = "binary128"  # name of the number format of libquadmath
 # A Taylor step in ball arithmetic keeps its truncation error this many bits below the precision.

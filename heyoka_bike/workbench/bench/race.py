@@ -124,7 +124,7 @@ class TimedCode:
         return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
-        """Return a function that runs the code, its own tolerance, and the building time [s]."""
+        """Return a function that runs the code, the code's tolerance, and the building time [s]."""
         raise NotImplementedError
 
 

@@ -289,12 +289,12 @@ class _Box:
         return sign_over(self.function(select), self.sides, self.balls)
 
     def damping(self) -> _Condition:
-        """The condition that b is positive."""
+        """Return the speeds at which the coefficient b is proved to be positive."""
         sign = self.sign(lambda p: p.b)
         return {1: _IS_POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
 
     def capsize(self) -> _Condition:
-        """The condition that e is positive."""
+        """Return the speeds at which the coefficient e is proved to be positive."""
         first, last = self.sign(lambda p: p.e[0]), self.sign(lambda p: p.e[1])
         if first == 1 and last is None:
             return self._lowest_capsize()
@@ -315,7 +315,7 @@ class _Box:
         return _Condition((speed,), (speed.high, None), (speed.low, None))
 
     def _lowest_capsize(self) -> _Condition:
-        """The condition that e is positive, if some bicycles may have no capsize speed."""
+        """Return the same as `capsize`, if some bicycles may have no capsize speed."""
         least = self._extreme(
             lambda p: p.capsize, lambda p, x: -p.e_at(x), -1, start=flint.arb(_HIGH)
         )
@@ -325,7 +325,7 @@ class _Box:
         return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _WHOLE_RANGE)
 
     def weave(self) -> _Condition:
-        """The condition that d and Hurwitz' determinant are positive."""
+        """Return the speeds at which d and Hurwitz' determinant are proved to be positive."""
         d = self.sign(lambda p: p.d[0]), self.sign(lambda p: p.d[1])
         if d == (-1, -1):
             return _NEGATIVE

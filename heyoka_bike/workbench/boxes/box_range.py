@@ -187,7 +187,8 @@ def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
 def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.arb]:
     """Return the derivatives of a function at a point with respect to each variable."""
     found: Dual = f(Duals(balls).variables(point))
-    # A derivative that is zero by the structure of the formula is an integer.
+    # Convert each derivative to a ball: one that is zero by the structure of the formula is an
+    # integer.
     return [flint.arb(s) for s in found.slopes]
 
 

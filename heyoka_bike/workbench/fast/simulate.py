@@ -150,7 +150,7 @@ class Simulation:
         return f"<simulation of {count}: {len(self.time)} rows to {self.time[-1]:g} s>"
 
     def _repr_html_(self) -> str:
-        """Show the first and last rows of each maneuver in notebooks; several maneuvers unfold."""
+        """Show the first and last rows of each maneuver in notebooks; fold several maneuvers."""
         from heyoka_bike.reference.values import Values
         from heyoka_bike.showing.document import Block, Chapter, head
         from heyoka_bike.showing.document.html import piece

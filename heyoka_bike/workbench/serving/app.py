@@ -432,7 +432,7 @@ class Server:
             raise HTTPException(408, said, close) from None
 
     def _stored(self, task: Task) -> StoredResult:
-        """Store a task once it has a place in the queue."""
+        """Append a task to the queue, and keep its files as a stored result."""
         try:
             job = self.queue.submit(task)
         except BusyError:
