@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _point(word: str, wanted: Design) -> dict[str, Exact]:
-    """Return the exact values of a point, by the names of the axes."""
+    """Return the exact coordinates of a point of the grid, by the names of the axes."""
     texts = word.split(",")
     if len(texts) != len(wanted.axes):
         names = ",".join(a.name for a in wanted.axes)
@@ -96,7 +96,7 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
 
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
-    """Print what is proved about the wheels at each point; return code 3 if one is undecided."""
+    """Print for each point what is proved about wheel lift; return 3 if any is undecided."""
     from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
     from heyoka_bike.workbench.atlas.make import lift_of
 
@@ -127,7 +127,7 @@ def _axes(args: argparse.Namespace) -> list[GridAxis]:
     for name, text in _DEFAULTS.items():
         if len(given) < 2 and name not in given:
             given[name] = text
-    # Put the speed first, so that the basin boundary is searched for along the other axis.
+    # The basin boundary is searched for along the second axis, so put the speed first.
     names = sorted(given, key=lambda name: name != "speed")
     return [axis(given[name], name) for name in names]
 

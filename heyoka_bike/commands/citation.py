@@ -17,13 +17,13 @@ from heyoka_bike.version import __version__
 
 _ENTRY_OF_README = re.compile(r"^(.+):\n((?:[@ ].*\n)+\})$", re.MULTILINE)
 _FIELD = re.compile(r"^  (\w+) = \{+(.+?)\}+,$", re.MULTILINE)
-# How the text form writes the fields that differ from BibTeX.
+# Templates for the fields that a citation as text shows differently from BibTeX.
 _IN_TEXT = {"version": "Version {}", "doi": "https://doi.org/{}"}
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """Something to cite.
+    """A work to cite: the program, its data, or a publication that they build on.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Work:
 
     @property
     def authors(self) -> tuple[str, ...]:
-        """``Family, Given``, or the name of a group."""
+        """The authors, each as ``Family, Given`` or as the name of a group."""
         return tuple(self.fields["author"].split(" and "))
 
     def text(self) -> str:

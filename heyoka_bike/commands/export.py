@@ -43,7 +43,7 @@ _FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
 _MODELS = ("urdf", "sdf", "mjcf")
 _STEM_NAME, _BICYCLE = "uncontrolled_bicycle", "bicycle"
-# Options that each kind of export accepts.
+# Options that each kind of export accepts; the keys are options, too.
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),
@@ -67,8 +67,8 @@ def add_parser(subparsers: Any) -> None:
         "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that scores files in the "
         "browser, without a server",
     }
-    # If the option has no value, the files go to the folder of -o. An empty value means the current
-    # folder.
+    # Without a value, these options write to the file or folder of -o. An empty value means the
+    # current folder.
     place: dict[str, object] = {"const": True, "type": lambda text: text or "."}
     options.add_arguments(
         what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS},

@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _folders(args: argparse.Namespace) -> dict[Path, str]:
-    """Return the bicycle of each requested dataset, by the dataset's folder."""
+    """Return a mapping from the folder of each requested dataset to its bicycle."""
     from heyoka_bike.system.resources import collection
 
     if args.all_bicycles and args.bicycle is not None:

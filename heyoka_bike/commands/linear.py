@@ -126,14 +126,14 @@ def _speed(text: str) -> Fraction:
 
 
 def _text(x: Any, digits: int) -> str:
-    """Return decimal text with all digits, including trailing zeros; zero itself is ``0``."""
+    """Return a number as a decimal with all digits, including trailing zeros; zero is ``0``."""
     import mpmath
 
     return str(mpmath.nstr(x, digits, strip_zeros=False)) if x else "0"
 
 
 def _speed_text(v: Fraction, digits: int) -> str:
-    """Return the decimal text of a given speed: exact if it is whole, else with 10 more digits."""
+    """Return a given speed as a decimal: exact if it is whole, else with 10 more digits."""
     import mpmath
 
     if v.denominator == 1:

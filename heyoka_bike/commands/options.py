@@ -1,4 +1,4 @@
-"""Helpers that define commands and options, and that complete both in a shell."""
+"""Define commands and options of the command line, and their completion in a shell."""
 
 import argparse
 import os
@@ -50,7 +50,7 @@ def add_command(
 
 
 class _Paragraphs(HelpFormatter):
-    """Help formatter that wraps paragraphs; one that begins with a small letter keeps its lines."""
+    """Help formatter that wraps paragraphs, except those that begin with a small letter."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         paragraphs = text.split("\n\n")
@@ -58,7 +58,7 @@ class _Paragraphs(HelpFormatter):
 
 
 def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
-    """Add arguments and options, in their order.
+    """Add arguments and options to a parser, in the order of their help texts.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def add_workers(parser: ArgumentParser) -> None:
 
 
 def using_workers(args: Namespace) -> AbstractContextManager[None]:
-    """Return a context in which the work is done as the options of `add_workers` request."""
+    """Return a context that uses the processes that the options of `add_workers` request."""
     workers, cluster = getattr(args, "workers", None), getattr(args, "cluster", None)
     if workers is None and cluster is None:
         return nullcontext()
@@ -129,7 +129,7 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
 
 
 def lists(parser: ArgumentParser, dest: str, words: Iterable[str]) -> None:
-    """Let a shell complete these words for an option that argparse gives no ``choices``."""
+    """Let a shell complete an option with these words, if it has no ``choices`` of argparse."""
     (action,) = (x for x in parser._actions if x.dest == dest)
     vars(action)["words"] = tuple(words)
 
@@ -139,7 +139,7 @@ VERBOSE = {"-v --verbose": "log progress to standard error; -vv also logs the re
 
 
 def verbose_logging(args: Namespace) -> AbstractContextManager[None]:
-    """Return a context that logs as ``--verbose`` or ``HEYOKA_BIKE_LOG`` requests."""
+    """Return a context that logs at the level of ``--verbose`` or ``HEYOKA_BIKE_LOG``."""
     asked = ("info", "debug")[min(args.verbose, 2) - 1] if args.verbose else ""
     level = asked or os.environ.get("HEYOKA_BIKE_LOG", "")
     if not level:
@@ -150,7 +150,7 @@ def verbose_logging(args: Namespace) -> AbstractContextManager[None]:
 
 
 def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> None:
-    """Add ``--format``.
+    """Add the option ``--format`` to a parser.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> 
 def add_formats(
     parser: ArgumentParser, formats: Sequence[str], said: str, *, nargs: str | None = None
 ) -> None:
-    """Add a ``--format`` that takes several formats; the parsed arguments call it ``formats``."""
+    """Add a ``--format`` that accepts several formats; its attribute is named ``formats``."""
     parser.add_argument(
         "--format", metavar="FORMAT", dest="formats", action=_Formats, nargs=nargs,
         help=f"one of {', '.join(formats)}; {said}",
@@ -176,7 +176,7 @@ def add_formats(
 
 
 class _Formats(Action):
-    """Action that collects formats, separated by commas or given in several options."""
+    """Action that collects formats, which are separated by commas or in repeated options."""
 
     words: tuple[str, ...]
 
@@ -226,6 +226,6 @@ def _actions(parser: ArgumentParser) -> Iterator[Action]:
         yield action
         if isinstance(action, argparse._SubParsersAction):
             for command in action._choices_actions:
-                # A shell shows the description next to the command's name.
+                # shtab shows a command's description next to its name, so make that the short help.
                 action.choices[command.dest].description = command.help
                 yield from _actions(action.choices[command.dest])

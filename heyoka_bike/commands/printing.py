@@ -1,4 +1,4 @@
-"""Output of commands: documents, tables of checks, JSON, and lines about failures."""
+"""Print the output of commands: blocks, tables of checks, JSON, and lines about failures."""
 
 from __future__ import annotations
 
@@ -25,13 +25,12 @@ def print_text(text: str) -> None:
     try:
         print(text, end="" if text.endswith("\n") else "\n")
     except UnicodeEncodeError:
-        # Print everything that the encoding of the terminal or pipe can represent.
         encoding = sys.stdout.encoding or "ascii"
         print(text.encode(encoding, "replace").decode(encoding))
 
 
 def print_blocks(*blocks: Block, width: int | None = None) -> None:
-    """Print blocks of a document in the terminal's width; `width` applies to a file or a pipe."""
+    """Print blocks with the width of the terminal, or with `width` to a file or a pipe."""
     from heyoka_bike.showing.document.text import render
     from heyoka_bike.system.console import has_colors
 
@@ -51,7 +50,7 @@ def print_table(
 
 
 def print_json(document: Mapping[str, object]) -> None:
-    """Print one JSON document, which is the only text on standard output."""
+    """Print one JSON document; a command prints nothing else on standard output."""
     import json
 
     print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))

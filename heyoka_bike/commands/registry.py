@@ -1,4 +1,4 @@
-"""Names of the commands, in the groups of ``--help``."""
+"""Names of the commands, in the groups in which ``--help`` lists them."""
 
 from importlib import import_module
 from types import ModuleType
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Group(NamedTuple):
-    """A group of commands in ``--help``."""
+    """A group of commands in the list of ``--help``: title, example and commands."""
 
     title: str
     example: str
@@ -43,5 +43,5 @@ COMMANDS = tuple(name for group in GROUPS for name in group.commands)
 
 
 def command(name: str) -> ModuleType:
-    """Import the module of a command, with ``add_parser`` and ``run``."""
+    """Import the module of a command, which contains ``add_parser`` and ``run``."""
     return import_module(f"heyoka_bike.commands.{name}")

@@ -1,4 +1,4 @@
-"""Reading of result files and of the options about them."""
+"""Read result files, and parse the command-line options about them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SECONDS_OF_SILENCE = 5.0
 
 
 def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
-    """Return the maneuver of each file according to ``--maneuver``; None without the option."""
+    """Return the maneuver of each file that ``--maneuver`` states; None without the option."""
     if text is None:
         return [None] * count
     parts = text.split(",")
@@ -36,7 +36,7 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
 
 
 def parse_max_bytes(text: str) -> int:
-    """Return the value of ``--max-bytes``.
+    """Parse the value of ``--max-bytes``.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def parse_max_bytes(text: str) -> int:
 
 
 def parse_budget(text: str | None, is_thorough: bool) -> Budget:
-    """Return the budget that ``--budget`` and ``--thorough`` ask for.
+    """Return the budget of a diagnosis from the values of ``--budget`` and ``--thorough``.
 
     Raises
     ------

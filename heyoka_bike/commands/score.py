@@ -159,7 +159,7 @@ def _diagnosed(scored: Report | Series, reference: Reference, budget: Budget) ->
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:
-    """Return the format for standard output (None for no output) and the files with formats."""
+    """Return the format on standard output (None for no output) and each file with its format."""
     formats: list[str] = args.formats or []
     left = list(dict.fromkeys(formats))
     written = []
@@ -178,7 +178,8 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
                 f"--output: found '{path.name}', expected a name ending in "
                 f"{', '.join(SUFFIXES)}, or a --format for it"
             )
-        # The table goes to standard output if another format can go to the file.
+        # A table goes to a file only if no other format is left, so that it remains on standard
+        # output.
         name = next((f for f in left if f != "table"), left[0])
         left.remove(name)
         written.append((path, name))
@@ -227,7 +228,7 @@ def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _N
 
 
 def _lists(files: Sequence[str]) -> list[str]:
-    """Return those files that are lists of runs."""
+    """Return the files that are lists of runs (TOML)."""
     return [f for f in files if f.lower().endswith(".toml")]
 
 

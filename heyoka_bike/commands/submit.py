@@ -117,7 +117,7 @@ def _text(results: Results, report: Report, numbers: Sequence[int]) -> str:
 
 
 def _said(report: Report, number: int, given: Mapping[str, str], cpu: float) -> str:
-    """Return the text of the form: eq. (1) of maneuver `number`, and the digits of all."""
+    """Return the form of a submission: eq. (1) of maneuver `number`, and the digits of all."""
     measured = report[number]
     digits = (
         f"maneuver {number}: "

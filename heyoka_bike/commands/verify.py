@@ -93,7 +93,7 @@ def _show(found: Verification) -> None:
 
 
 def _show_digits(agreements: Sequence[Agreement]) -> None:
-    """Print the agreeing digits by column: with the published numbers and with the candidate."""
+    """Print for each column how many digits agree with the published and candidate numbers."""
     columns = agreements[0].published
     rows = [
         [name, *(f"{a.published[name]:.1f} / {a.candidate[name]:.1f}" for a in agreements)]

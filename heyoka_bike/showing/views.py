@@ -40,7 +40,7 @@ _TIMES_SHOWN = 6  # maximum number of states shown for a trajectory
 
 
 def text(shown: Any, view: str) -> str:
-    """Return the text of an object by the named view, without a line feed at its end."""
+    """Return the text of an object, as the named view shows it, without a final line feed."""
     if view == "report":
         return _report_text(shown)
     if view == "values":
@@ -56,7 +56,7 @@ def report(scored: Report | Series) -> Iterable[Block]:
 
 
 def _report_text(scored: Report | Series) -> str:
-    """A summary of at most ten lines, or the output of ``diagnose`` if there is a diagnosis."""
+    """Return a summary of at most ten lines, or the text of the diagnosis if there is one."""
     from heyoka_bike.scoring.report import Report
     from heyoka_bike.showing.formats import summary
 
@@ -81,7 +81,7 @@ def check(found: CheckedTable) -> Iterable[Block]:
 
 
 def reference(found: Reference | Motion) -> Iterable[Block]:
-    """Return the name of a reference dataset or its whole motion, and a row for each maneuver."""
+    """Return a title with the dataset and a table with a row for each of its maneuvers."""
     rows = [
         (
             str(n), m.name, _decimal(m.inputs["speed"]), _decimal(m.inputs["roll_rate"]),
@@ -101,7 +101,7 @@ def _decimal(exact: str) -> str:
 
 
 def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
-    """Return the initial conditions, the first and last rows, and the folded list of columns."""
+    """Return a maneuver's initial conditions, first and last rows, and folded list of columns."""
     facts = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in m.inputs.items())
     rows = Values(
         {name: m.rows[name] for name in m.columns[:_COLUMNS_AMONG_OTHERS]}, {}, time=m.time
@@ -116,7 +116,7 @@ def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
 
 
 def trajectory(run: Trajectory) -> Iterable[Block]:
-    """Return the integrator and states at evenly spaced times up to the end of the run."""
+    """Return a title that describes the run, and a table of states at evenly spaced times."""
     end = min(run.maneuver.duration, run.breaks[-1])
     times = [end * Fraction(i, _TIMES_SHOWN - 1) for i in range(_TIMES_SHOWN)]
     rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]
@@ -124,7 +124,7 @@ def trajectory(run: Trajectory) -> Iterable[Block]:
 
 
 def values(found: Values) -> Iterable[Block]:
-    """Return columns at some times as a table.
+    """Return the values of columns as a table with a row for each time.
 
     With a single time, each column is a row with all digits.
     """
@@ -133,7 +133,7 @@ def values(found: Values) -> Iterable[Block]:
 
 
 def _values_text(found: Values) -> str:
-    """The table with as many columns as fit, or the number of columns if there are no times."""
+    """Return the table with as many columns as fit, or their number if there are no times."""
     shown = ""
     for most in range(_MOST_COLUMNS, 0, -1):
         shown = as_text.render([table(found, most)], WIDTH)
@@ -143,7 +143,7 @@ def _values_text(found: Values) -> str:
 
 
 def table(found: Values, most: int, about: str = "Values") -> TableBlock:
-    """Return a table with at most `most` columns of the values; empty if there are no times."""
+    """Return a table of the first `most` columns of the values; empty if there are no times."""
     if found.time is None or any(x.shape != found.time.shape for x in found.hi.values()):
         return TableBlock((), (), about)
     if not found.time.shape:

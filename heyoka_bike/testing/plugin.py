@@ -32,7 +32,8 @@ _ENOUGH = {
     "columns": "a number of columns such as 5",
     "coverage": "a fraction of the run such as 0.3",
 }
-# Number of digits shown of a dataset's hash. With these, datasets can be distinguished at a glance.
+# Number of characters shown of a dataset's hash. They are enough to distinguish datasets at a
+# glance.
 _HASH_SHOWN = 12
 # Maximum number of diagnoses in a test run. A diagnosis takes about ten seconds, and a run with a
 # hundred failing tests must end. A code usually has the same mistake in all of its tests.
@@ -41,7 +42,7 @@ _MOST_DIAGNOSES = 3
 
 @dataclass(slots=True)
 class _Settings:
-    """Settings of the command line, or else of the configuration file.
+    """The plugin's settings, from the command line, or else from the configuration file.
 
     Attributes
     ----------
@@ -71,7 +72,7 @@ _fail = partial(pytest.fail, pytrace=False)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add options of the command line and of the configuration file."""
+    """Add the plugin's options to the command line and to the configuration file."""
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
         ("scd", "N", "correct digits that bicycle_score(...).require() requires by default"),
@@ -88,7 +89,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Check the settings, before any test runs."""
+    """Check the plugin's settings before any test runs."""
     config.addinivalue_line("markers", _MARKER_HELP)
     scd, scd_from = _setting(config, "scd")
     folder, folder_from = _setting(config, "reference")
@@ -134,7 +135,7 @@ def _number(text: str, where: str, expected: str) -> float:
 
 
 def _described(folder: Path, where: str) -> str:
-    """Return a description of a reference dataset, from its manifest only."""
+    """Return the version and hash of a reference dataset as text; only its manifest is read."""
     from heyoka_bike.reference.manifest import read_manifest
 
     try:
@@ -149,13 +150,16 @@ def _dataset_words(version: str, content: str) -> str:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """Name the reference if the settings choose one; other references are only known later."""
+    """Return a header line with the reference dataset that the settings choose, if they do.
+
+    References that a test chooses are only known later, see `pytest_terminal_summary`.
+    """
     folder = config.stash[_SETTINGS].reference
     return None if folder is None else f"heyoka_bike: {_described(folder, 'bicycle_reference')}"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Name the references that were used, including those of other processes."""
+    """Print the reference datasets that tests used, including tests in other processes."""
     used = set()
     for reports in terminalreporter.stats.values():
         for report in reports:
@@ -169,19 +173,20 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, object, object]:
-    """Reject invalid markers before any test runs."""
+    """Reject invalid ``bicycle`` markers of tests before any test runs."""
     made = yield
     for item in made if isinstance(made, list) else ():
         try:
             _marked(item)
         except InputError as e:
-            # If this were a usage error, pytest-xdist would not show it when it occurs in a worker.
+            # Raise a collection error, because pytest-xdist does not show a usage error of a
+            # worker.
             raise collector.CollectError(f"{item.nodeid}: @pytest.mark.{_MARKER}: {e}") from None
     return made
 
 
 def _marked(item: pytest.Item) -> tuple[RequirementSpec, ...]:
-    """Return the requirements of a test's own markers, or else its class's, or its module's."""
+    """Return the requirements in the markers of a test, or else of its class, or of its module."""
     marks = list(item.iter_markers_with_node(_MARKER))
     nearest = [mark for node, mark in marks if node is marks[0][0]]
     if not nearest:
@@ -198,7 +203,7 @@ def _marked(item: pytest.Item) -> tuple[RequirementSpec, ...]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Check the scores that a marked test has made but not checked itself."""
+    """Check the scores that a marked test made without calling ``require()``."""
     outcome = yield
     scores = item.stash.get(_SCORES, [])
     if not scores and any(mark.name == _MARKER for mark in item.own_markers):
@@ -212,7 +217,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 
 def _warn(item: pytest.Item) -> None:
-    """Warn that a score passes whatever its value; the test fails if warnings are errors."""
+    """Warn that a test requires nothing of its score; fail the test if warnings are errors."""
     said = (
         "bicycle_score: the test requires nothing of the results, so it passes whatever they are; "
         "use bicycle_score(results).require(scd=6) to require six correct digits"
@@ -249,7 +254,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
     """
     item, settings = request.node, request.config.stash[_SETTINGS]
     scores: list[Score] = []
-    # Keep only the scores of the present run of the test, because a test may be run again.
+    # Discard the scores of an earlier run of the same test, because a test may be run again.
     item.stash[_SCORES] = scores
 
     def bicycle_score(
@@ -270,7 +275,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
             known = reference
 
         def may_diagnose() -> str:
-            """Return the reason for not making a diagnosis; empty if one is to be made."""
+            """Return the reason not to diagnose a failure; empty if it is to be diagnosed."""
             if not (settings.diagnose if diagnose is None else diagnose == "auto"):
                 return "switched off"
             if not settings.diagnoses_left:

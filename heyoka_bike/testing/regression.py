@@ -1,4 +1,4 @@
-"""Requirements on results in a code's own tests, and failures with their causes.
+"""Check requirements on results in a program's own tests, and explain failures.
 
 The pytest plugin uses this module once a test needs it; nothing here depends on pytest.
 """
@@ -26,19 +26,19 @@ from heyoka_bike.showing.wording import column_text, finding_text, number_text, 
 
 # Metrics for which larger values are better. For all other metrics smaller values are better.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
-# Maximum number of findings of the diagnosis shown for a failed test. If a cause was found, the
-# first explains the failure. Otherwise they are that no cause was found, and the shape of the
-# error.
+# Maximum number of findings of the diagnosis that are shown for a failed test. If a cause was
+# found, the first finding explains the failure. Otherwise the first two findings report that no
+# cause was found, and the shape of the error.
 _FINDINGS_SHOWN = 2
-# Width of the lines of a failure [characters]. Terminals have at least 80 columns, and usually
-# more; pytest does not indent the lines.
+# Width of the message about a failed test [characters]. Terminals have at least 80 columns, and
+# usually more; pytest does not indent the message.
 _WIDTH_OF_FAILURE = 96
 _LABEL = 17
 
 
 @dataclass(frozen=True, slots=True)
 class RequirementSpec:
-    """Requirements as keywords.
+    """Requirements that were given as keywords, such as ``maneuver=2, scd=8``.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class RequirementSpec:
     metrics: Mapping[str, float] = field(default_factory=dict)
 
     def texts(self) -> tuple[str, ...]:
-        """Return the limits as texts that `requirements.parse` reads.
+        """Return the limits as texts that `requirements.parse` reads, such as ``2.scd >= 8``.
 
         Limits on the coverage of a maneuver apply to all of its columns.
         """
@@ -68,12 +68,12 @@ class RequirementSpec:
 
     @property
     def is_about_amount(self) -> bool:
-        """True if only columns and coverage are limited, not the values."""
+        """True if the requirements limit only column count and coverage, not the errors."""
         return all(name in ENOUGH for name in self.metrics)
 
 
 def asked(maneuver: object = None, column: object = None, **metrics: object) -> RequirementSpec:
-    """Check requirements given as keywords.
+    """Return requirements given as keywords, after checking names and types.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
     found = RequirementSpec(maneuver, column, limits)
-    # If no limit is given, an arbitrary one serves to check whether the column is known.
+    # Without a limit, parse an arbitrary one, to check whether maneuver and column are valid.
     for text in found.texts() or RequirementSpec(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)
@@ -106,13 +106,13 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
 
 
 def _plain(error: BicycleError) -> str:
-    """Return the message about a requirement, without its introduction."""
+    """Return the message of an error, without the words ``require:`` at its beginning."""
     return str(error).removeprefix("require: ")
 
 
 @dataclass(eq=False, repr=False, slots=True)
 class Score:
-    """Results compared with the reference, in a test.
+    """A score in a test: results compared with the reference, and requirements on them.
 
     Attributes
     ----------
@@ -124,23 +124,24 @@ class Score:
 
     _report: Report
     _reference: Reference
-    # Requirements of the test's markers, for a call without requirements. Then the required digits
-    # for markers without a number; None if not set.
+    # Requirements of the test's markers, which apply if `require` is called without requirements;
+    # and the number of digits required by default, None if not set.
     _marked: tuple[RequirementSpec, ...]
     _scd: float | None
-    # Function that returns the reason not to diagnose a failure, and an empty text if the failure
-    # is to be diagnosed.
+    # Function that returns the reason not to diagnose a failure, or an empty string if it is to be
+    # diagnosed.
     _may_diagnose: Callable[[], str]
-    # Function that is called with the message of a failure.
+    # Function that fails the test with a message.
     _fail: Callable[[str], NoReturn]
-    # Minimum number of columns and minimum coverage of the run, from the settings, by metric.
+    # Minimum number of columns and minimum coverage of the run, as far as the settings contain
+    # them.
     _enough: Mapping[str, float] = field(default_factory=dict)
     is_checked: bool = False
     is_read: bool = False
 
     @property
     def report(self) -> Report:
-        """All measures, definitions and findings, as from `scoring.score`."""
+        """The report of the comparison with all measures, definitions and findings."""
         self.is_read = True
         return self._report
 
@@ -178,7 +179,7 @@ class Score:
         return self
 
     def _texts(self, requirements: Sequence[str], own: RequirementSpec) -> tuple[str, ...]:
-        """Return the requirements of the call, or else of the markers, or else of the settings."""
+        """Return the requirements of `require`, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
                 "found maneuver= or column= with a requirement as text; put them into the text, "
@@ -202,7 +203,7 @@ class Score:
         return tuple(texts)
 
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
-        """Return the settings' limits on columns and coverage that a test does not set itself."""
+        """Return the limits of the settings on columns and coverage, unless a test sets its own."""
         set_by_test = {parse(text).metric for text in texts}
         return RequirementSpec(
             metrics={k: x for k, x in self._enough.items() if k not in set_by_test}
@@ -223,7 +224,7 @@ class Score:
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
         said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
-        # The last sentence states that the search was stopped early.
+        # If the search was stopped early, the last sentence states this, so it is always shown.
         return tuple(
             finding_text.sentences((*said, *(more[-1:] if found.is_stopped_early else ())))
         )
@@ -233,7 +234,7 @@ class Score:
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
-    """Return the recorded properties of a score: dataset, digits of each maneuver and column."""
+    """Return properties of a score for test reports: dataset, digits per maneuver and column."""
     found = [
         ("bicycle.dataset_version", reference.dataset_version),
         ("bicycle.content_sha256", reference.content_sha256),
@@ -250,12 +251,12 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
 
 
 def _interpretation(c: ColumnScore) -> str:
-    """Return the definition that fits, and other parts of the column's interpretation."""
+    """Return how a column is interpreted: its definition, and an unusual sign, unit or offset."""
     return ", ".join((c.definition, *column_text.notes(c)))
 
 
 def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
-    """Return the message about results that are not good enough.
+    """Return the message of a failed test: which requirements are not met, and details.
 
     Parameters
     ----------
@@ -285,13 +286,13 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
     for i, (label, text) in enumerate(entries):
-        # If the next line has the same label, the label is not repeated.
+        # A label that is the same as that of the previous entry is not repeated.
         lines.append(_entry("" if i and label == labels[i - 1] else label, text))
     return "\n".join(lines)
 
 
 def _entry(label: str, text: str) -> str:
-    """Return a label and its text, wrapped next to the label."""
+    """Return a label and, to the right of it, a wrapped text."""
     return textwrap.fill(
         number_text.sentence(text), _WIDTH_OF_FAILURE,
         initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
@@ -300,7 +301,7 @@ def _entry(label: str, text: str) -> str:
 
 
 def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
-    """Yield details on the worst of the columns that a requirement is about."""
+    """Yield labels and texts about the worst of the columns to which a requirement applies."""
     about = [
         (m, c)
         for m, c in scored.places
@@ -328,7 +329,7 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
 
 
 def _badness(p: Parsed, c: ColumnScore) -> float:
-    """Rank a column by the metric of a requirement, or by its digits; the largest is worst."""
+    """Return a number that is larger for a worse column, from the requirement's metric or scd."""
     metric = p.metric if p.metric in OF_COLUMN else "scd"
     value = getattr(c.as_understood.measures, metric)
     if value is None:
@@ -337,7 +338,7 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
 
 
 def _interpretation_with_remarks(c: ColumnScore) -> str:
-    """Return `_interpretation`, and whether it is the default or other definitions fit as well."""
+    """Return `_interpretation`, with a remark if it is the default, or if others fit as well."""
     taken = _interpretation(c)
     remarks = ["the default"] if column_text.is_default(c) else []
     if c.indistinguishable:
@@ -346,7 +347,7 @@ def _interpretation_with_remarks(c: ColumnScore) -> str:
 
 
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
-    """Return the times from which the error exceeds the limit, and from which it is visible."""
+    """Return when the error first exceeds the required limit, and 1e-3 of the largest value."""
     said = []
     scale = c.scale or None
     allowed = {

@@ -1,4 +1,4 @@
-"""Check of an installation: packages, the included reference, a score, and a run."""
+"""Check an installation: its packages and reference, a score, and an integration."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Selfcheck:
         return all_passed(self.checks)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report as JSON values."""
+        """Return the result of the checks as JSON values."""
         found = asdict(self)
         checks = list(found.pop("checks"))
         return {"schema_version": SCHEMA_VERSION, **found, "passed": self.passed, "checks": checks}
@@ -101,7 +101,7 @@ def selfcheck() -> Selfcheck:
 
 
 def _usable(name: str) -> tuple[str, bool]:
-    """Return the version of a package, or why it cannot be imported; and whether it can be."""
+    """Return the version of a package and True, or why it cannot be imported and False."""
     module = "flint" if name == "python-flint" else name
     try:
         import_module(module)
@@ -148,7 +148,7 @@ def _attempt(name: str, look: Callable[..., Check], *arguments: Any) -> Check:
 
 
 def _score(folder: Path) -> Check:
-    """Score the published text like any other file; its errors must be rounding only."""
+    """Score the published text like any result file; its errors must be due to rounding only."""
     from heyoka_bike import load_reference, read_results, score
 
     name = "uncontrolled-bicycle.txt"
@@ -163,7 +163,7 @@ def _score(folder: Path) -> Check:
 
 
 def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision: str) -> Check:
-    """Integrate a maneuver here, and compare the result with the reference."""
+    """Integrate a maneuver on this machine, and compare the result with the reference."""
     from heyoka_bike.motion.heyoka_adapter import require_heyoka
 
     require_heyoka()

@@ -19,7 +19,8 @@ FORMATS = ("png", "svg", "pdf")
 WIDTH = 7.0
 """Width of a figure [inch]: that of the text on a printed page."""
 
-# Okabe and Ito's palette, https://jfly.uni-koeln.de/color/.
+# The palette of Okabe and Ito, which the colour-blind can distinguish:
+# https://jfly.uni-koeln.de/color/.
 BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 PURPLE, BLACK = "#CC79A7", "#000000"
 SKY, GREY = "#56B4E9", "#999999"
@@ -54,7 +55,7 @@ _STYLE = {
     "ytick.labelsize": 8,
 }
 _DPI = 200
-# The metadata omit the date and the version, so that the same dataset gives the same file.
+# Omit the date and the version of matplotlib, so that the same dataset gives the same file.
 _METADATA: Mapping[str, Mapping[str, None]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
@@ -63,7 +64,7 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 
 
 def style() -> Any:
-    """Return a context with the project's style, independent of the user's settings.
+    """Return a context in which matplotlib has the project's style, whatever the user's settings.
 
     Raises
     ------

@@ -59,8 +59,8 @@ def test_matrices_to_all_printed_digits(linear, name, i, j):
 def test_matrices_to_40_digits(linear, name, i, j):
     exact = ANCHORS["matrices"][name]["exact"][i][j]
     found = mpmath.mpf(getattr(linear, name)[i][j])
-    # The anchors have 40 digits, the linearisation has 45. Anchors with fewer digits and zeros are
-    # compared to 1e-38.
+    # The values in linear.json have 40 digits, the linearisation has 45. Exact values with fewer
+    # digits, such as zero, are compared to 1e-38.
     assert abs(found - mpmath.mpf(exact)) <= min(_unit(exact), mpmath.mpf("1e-38"))
 
 
@@ -78,8 +78,8 @@ def test_frequency_and_double_root_to_all_printed_digits(linear, name):
 @pytest.mark.parametrize("name", sorted(ANCHORS["critical"].keys() - {"source", "source_of_exact"}))
 def test_critical_values_to_all_digits_of_the_anchors(linear, name):
     exact = ANCHORS["critical"][name]["exact"]
-    # The tolerance is one unit of the anchor's last digit. The weave and capsize speeds have 40
-    # digits.
+    # The tolerance is one unit in the last digit of the value in linear.json. The weave and capsize
+    # speeds have 40 digits there.
     assert abs(mpmath.mpf(_critical(linear)[name]) - mpmath.mpf(exact)) <= _unit(exact)
 
 

@@ -22,8 +22,8 @@ def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_run, numb
             for name in largest:
                 largest[name] = largest[name].max(abs(b[name]))
                 difference[name] = difference[name].max(abs(a[name] - b[name]))
-        # The difference is relative to the column's scale, because a value near zero has few digits
-        # of its own.
+        # The difference is relative to the column's scale, because a value near zero has few
+        # significant digits.
         for name in largest:
             assert difference[name] < largest[name] * flint.arb(10) ** -65, name
 

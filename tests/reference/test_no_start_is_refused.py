@@ -108,7 +108,7 @@ def test_a_hands_free_circle_stays_where_it_is(circle):
 def test_what_is_not_decided_is_marked_everywhere(circle):
     rows = load_reference(circle)[1].rows
     assert rows.undecided["roll_rate"].tolist() == [1, 2, 3, 4]
-    # Row 0 is decided, because 0.25 is a binary64 number.
+    # The rounding of row 0 is certain, because its exact value 0.25 is a binary64 number.
     assert rows.undecided["roll_angle"].tolist() == [1, 2, 3, 4]
     assert "steer_angle" not in rows.undecided
     with h5py.File(circle / HDF5) as f:

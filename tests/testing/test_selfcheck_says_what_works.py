@@ -121,7 +121,7 @@ def test_a_package_that_is_broken_is_said(quick, monkeypatch, capsys, error):
     report = json.loads(out)
     for name in ("h5py", "heyoka"):
         assert report["versions"][name].startswith(f"not usable: {type(error).__name__}: ")
-    # There is only one line of errors, because heyoka is one of the packages that may be missing.
+    # heyoka may be missing, so only h5py is reported as an error, in one line.
     assert err.count("\n") == 1
     assert "h5py" in err
 

@@ -57,7 +57,8 @@ def test_the_page_stands_alone(page):
 
 
 def test_every_control_has_a_name(page):
-    # The fields of the stage are inside their labels, or have labels of their own.
+    # Every control of the replay is inside its label. Every other control has a separate label with
+    # its id, or an aria-label.
     inside = re.findall(r"<label(?: class=\"\w+\")?><(?:input|select) .*?</label>", page)
     inside += re.findall(r"<label(?: class=\"\w+\")?>\w+ <select .*?</label>", page)
     assert all(Page(x).text for x in inside)

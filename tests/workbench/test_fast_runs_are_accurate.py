@@ -100,7 +100,8 @@ def test_runs_are_repeatable():
 
 
 def test_zero_trail_takes_the_other_form(bicycle, maneuvers):
-    # The form with few products divides by the mechanical trail, which is c cos(lam) on the floor.
+    # The equations with few products divide by the mechanical trail, which is c cos(lam) for the
+    # upright bicycle. It is zero here, so the other form of the equations is needed.
     other = bicycle.replace(c=Exact(Fraction(0)))
     short = dataclasses.replace(maneuvers[1], duration=Fraction(1))
     result = simulate(short, bicycle=other, accuracy=1e-6)

@@ -44,7 +44,7 @@ class ChartAxis:
     offset: float = 0.0
 
     def place(self, values: Array) -> Array:
-        """Return positions of values, from 0 at the lower end to 1 at the upper end.
+        """Return positions of values on the axis, from 0 at the lower end to 1 at the upper end.
 
         On a logarithmic axis the position of zero is minus infinity.
         """
@@ -56,7 +56,7 @@ class ChartAxis:
         return np.asarray((values - self.low) / (self.high - self.low))
 
     def at(self, value: float) -> float:
-        """Return the position of one value, see `place`."""
+        """Return the position of one value on the axis; see `place`."""
         return float(self.place(np.array(value)))
 
     @property
@@ -73,7 +73,7 @@ def times(start: float, end: float) -> ChartAxis:
 
 
 def linear(low: float, high: float) -> ChartAxis:
-    """Return a linear axis with some room at both ends.
+    """Return a linear axis for a range of values, with some room at both ends.
 
     It spans at least 1e-5 of the values; smaller differences belong in a figure of errors.
     """
@@ -88,14 +88,16 @@ def linear(low: float, high: float) -> ChartAxis:
 
 
 def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
-    """Return a logarithmic axis of whole decades around two positive values, a line for each.
+    """Return a logarithmic axis of whole decades that contains two positive values.
+
+    Each decade has a grid line.
 
     Parameters
     ----------
     labels
         Maximum number of labelled lines.
     """
-    # A quotient of tiny numbers may have underflowed to 0.
+    # The values may be quotients that underflowed to 0, which has no logarithm.
     low, high = max(low, _LEAST_POSITIVE), max(high, _LEAST_POSITIVE)
     first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
     last = max(last, first + 1)
@@ -108,7 +110,7 @@ def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
 
 
 def spread(low: float, high: float) -> ChartAxis:
-    """Return a logarithmic axis with room around two positive values; labels at 1, 2 and 5."""
+    """Return a logarithmic axis around two positive values, labelled at 1, 2 and 5 times 10^n."""
     a, b = math.log10(low), math.log10(high)
     room = max(0.15 * (b - a), 0.05)
     a, b = a - room, b + room / 3
@@ -148,7 +150,7 @@ def _power(n: int) -> str:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """A line through points.
+    """A line of a chart, through points.
 
     Attributes
     ----------
@@ -195,7 +197,7 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point with a label.
+    """A point of a chart, with a label and a tooltip.
 
     Attributes
     ----------
@@ -267,30 +269,30 @@ def chart(
 
 
 def wide(drawn: str, caption: str) -> str:
-    """Return a figure as wide as the page with a caption below; empty without a chart."""
+    """Return a figure as wide as the page with a caption below; empty if there is no chart."""
     return (
         f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>' if drawn else ""
     )
 
 
 def small(name: str, drawn: str, said: str = "") -> str:
-    """Return a small figure with its name and a remark above."""
+    """Return a small figure with its name and a remark above the chart."""
     about = f"<b>{escape(name)}</b>{' ' if said else ''}{said}"
     return f"<figure><figcaption>{about}</figcaption>{drawn}</figure>"
 
 
 def empty(text: str) -> str:
-    """Return a text that replaces a chart."""
+    """Return HTML that shows a text in place of a chart."""
     return f'<p class="empty">{text}</p>'
 
 
 def _ends(axis: ChartAxis) -> str:
-    """Return the ends of an axis for the read-out of values."""
+    """Return an axis as text: page.js uses its ends and offset to read values off the chart."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"
 
 
 class _Area:
-    """The area of a chart; horizontal positions are fractions, vertical ones pixels."""
+    """Draws the parts of a chart; horizontal positions are fractions, vertical ones pixels."""
 
     def __init__(self, x: ChartAxis, y: ChartAxis, height: int) -> None:
         self._x, self._y, self._height = x, y, height
@@ -318,7 +320,7 @@ class _Area:
                 yield f'<text x="-7" y="{self._down(at) + 4:.5g}" text-anchor="end">{text}</text>'
 
     def line(self, line: Line) -> str:
-        """Return the path of a line, as integer steps from point to point."""
+        """Return a line as an SVG path of integer steps from point to point."""
         if not len(line.x):
             return ""
         across = np.rint(self._x.place(line.x) * _SVG_WIDTH).astype(int)
@@ -413,14 +415,14 @@ def highest(x: Array, y: Array, bins: int) -> tuple[Array, Array]:
 
 
 def _starts(x: Array, bins: int) -> Indices:
-    """Indices of the first point in each bin that is not empty."""
+    """Return the index of the first point in each bin that is not empty."""
     edges = np.linspace(x[0], x[-1], bins, endpoint=False)
     starts: Indices = np.searchsorted(x, edges)
     return np.unique(starts[starts < len(x)])
 
 
 def _where(y: Array, extreme: np.ufunc, starts: Indices) -> Indices:
-    """Indices of the first extreme value in each bin."""
+    """Return the index of the smallest or largest y in each bin, the first if several are equal."""
     bin_of = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(y))))
     found = np.flatnonzero(y == extreme.reduceat(y, starts)[bin_of])
     first = np.diff(bin_of[found], prepend=-1) > 0

@@ -36,7 +36,7 @@ _LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the largest value")
 
 
 def legend(items: Sequence[tuple[str, str, str]]) -> str:
-    """Draw the legend of a figure from name, class and remark of each line."""
+    """Draw the legend of a figure from the name, CSS class and remark of each line."""
     entries = "".join(
         f'<li data-name="{escape(name)}"><svg class="key" width="30" height="10" '
         f'aria-hidden="true"><path class="{style}" d="M1 5h28"/></svg> {escape(name)}'
@@ -47,12 +47,12 @@ def legend(items: Sequence[tuple[str, str, str]]) -> str:
 
 
 def _style_of(key: str) -> str:
-    """Class of a column's lines, the same in all figures; the benchmark's eight all differ."""
+    """Return the CSS class of a column's lines, a different one for each benchmark column."""
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
 def run_time(maneuvers: Sequence[ManeuverScore]) -> ChartAxis:
-    """Return the time axis over the compared rows of all columns."""
+    """Return a time axis that covers the compared rows of all columns of the maneuvers."""
     runs = [c.trace.time for m in maneuvers for c in m.columns if len(c.trace.time)]
     return draw.times(
         min((float(t[0]) for t in runs), default=0.0),
@@ -101,7 +101,7 @@ def all_errors(m: ManeuverScore) -> str:
 
 
 def explained(e: Explanation) -> str:
-    """Draw the error that remains with an explanation, in one column of each maneuver."""
+    """Draw the error of one column per maneuver, with and without the cause that explains it."""
     parts = "".join(
         small(f"Maneuver {c.maneuver}, {label(c.key)}", _explained(c)) for c in e.curves
     )
@@ -133,12 +133,12 @@ def _explained(c: Curve) -> str:
 
 
 def every_column(m: ManeuverScore, columns: Sequence[ColumnScore]) -> str:
-    """Draw columns, each on top of the reference, with the error below."""
+    """Draw each column on top of the reference, with its error below."""
     return f'<div class="columns">{"".join(_one_column(m, c) for c in columns)}</div>'
 
 
 def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
-    """A column on top of the reference, and the error below."""
+    """Draw a column on top of the reference, with its error below."""
     unit, name = unit_text(c.unit), label(c.key)
     if not len(c.trace.time):
         return small(name, empty("Nothing could be compared."))
@@ -194,7 +194,7 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
 
 
 def _range(t: Array, error: Array) -> tuple[float, float]:
-    """Return the range of an error for a chart.
+    """Return the smallest and the largest error that a chart should show.
 
     Low values, where the error crosses zero or in the nearly exact first rows, are below the range.
     """
@@ -204,7 +204,7 @@ def _range(t: Array, error: Array) -> tuple[float, float]:
 
 
 def gains_and_costs(series: Series, maneuver: int) -> str:
-    """Error against step size, and against processor time; empty if neither is known."""
+    """Draw error against step size, and against processor time; empty if neither is known."""
     drawn = [f(series, maneuver) for f in (convergence, work_precision)]
     return f'<div class="columns">{"".join(drawn)}</div>' if all(drawn) else "".join(drawn)
 
@@ -229,7 +229,10 @@ def work_precision(series: Series, maneuver: int) -> str:
 
 
 def _against(what: str, series: Series, maneuver: int, across: Sequence[float | None]) -> str:
-    """Draw the relative errors of a maneuver's columns, both axes logarithmic."""
+    """Draw the relative errors of a maneuver's columns against step size or processor time.
+
+    Both axes are logarithmic.
+    """
     lines, items, notches, orders = [], [], [], []
     for c in [c for c in series.convergence if c.maneuver == maneuver]:
         name, style = label(c.key), _style_of(c.key)
@@ -263,7 +266,7 @@ def _against(what: str, series: Series, maneuver: int, across: Sequence[float | 
 
 
 def _guides(orders: Sequence[float], lines: Sequence[Line], x_axis: ChartAxis) -> list[draw.Guide]:
-    """Guides with integer orders near the observed ones, from the largest error downwards."""
+    """Return straight lines with integer slopes near the observed orders of convergence."""
     widest, narrow = max(float(line.x.max()) for line in lines), 10.0**x_axis.low
     top = 1.6 * max(float(line.y[line.x == widest].max(initial=0.0)) for line in lines)
     if not top:
@@ -315,7 +318,7 @@ def _programs(series: Series, maneuver: int, key: str, time: ChartAxis) -> str:
 
 
 def definitions(m: ManeuverScore) -> str:
-    """Draw errors of columns by each of their definitions; empty if all have only one."""
+    """Draw the error of each column in each of its definitions; empty if all have only one."""
     tables = [_definitions(c, m.maneuver) for c in m.compared if c.alternatives]
     return wide(
         "".join(tables),
@@ -326,7 +329,7 @@ def definitions(m: ManeuverScore) -> str:
 
 
 def _definitions(c: ColumnScore, maneuver: int) -> str:
-    """A table with a dot for each definition of a column."""
+    """Return a table of the definitions of a column; a dot in each row shows the error."""
     found: list[tuple[str, float | None, float | None]]
     found = [(c.definition, c.max_abs_error, None)]
     found += [(a.definition, a.max_abs_error, a.log10_odds) for a in c.alternatives]

@@ -1,4 +1,4 @@
-"""The document model: blocks, which `text` and `html` render.
+"""The document model: documents consist of blocks, which `text` and `html` render.
 
 A report, a leaderboard, a table of checks or the view of an object is declared once, as blocks.
 The attribute `only` limits a block to some media. `Words` are texts with a shorter version for a
@@ -22,7 +22,10 @@ _SHOWN = {TEXT: ("", TEXT), PAGE: ("", HTML, PAGE), NOTEBOOK: ("", HTML, NOTEBOO
 
 
 class Words(str):
-    """Text of a page with a brief version for a terminal; a line feed separates lines of a cell."""
+    """A text for a page, with a brief version for a terminal.
+
+    Line feeds separate the lines of a table cell.
+    """
 
     __slots__ = ("brief",)
     brief: str
@@ -112,7 +115,7 @@ class Facts:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell with more than text.
+    """A table cell: a text, and perhaps a unit, a style, a grade and facts.
 
     Attributes
     ----------
@@ -230,7 +233,7 @@ class Chart:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """Blocks below a heading; not shown if there are no blocks.
+    """A heading and the blocks below it; not shown if there are no blocks.
 
     Attributes
     ----------
@@ -258,7 +261,7 @@ class Chapter:
 
     @property
     def is_detail(self) -> bool:
-        """True if it is shown only on request."""
+        """True if the chapter is shown only on request, because it is folded and not open."""
         return self.is_folded and not self.is_open
 
 

@@ -35,7 +35,7 @@ _PATTERN_OF_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}
 
 
 def render(document: doc.Document) -> str:
-    """Render a self-contained page; its table of contents follows the blocks before chapters."""
+    """Render a self-contained page, with a table of contents before the first chapter."""
     blocks = doc.of_medium(document.blocks, doc.PAGE)
     start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
     places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
@@ -58,12 +58,12 @@ def _style() -> str:
 
 
 def piece(blocks: Sequence[doc.Block]) -> str:
-    """Render blocks as a piece for a notebook, with folding chapters."""
+    """Render blocks as HTML for a notebook, with chapters that fold."""
     return f'<div class="{_CLASS}">{_style()}{markup(blocks, medium=doc.NOTEBOOK)}</div>'
 
 
 def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) -> str:
-    """Render blocks as HTML of a page or a notebook, with headings from `level` on."""
+    """Render blocks as HTML for a page or a notebook; `level` is that of the highest headings."""
     return "\n".join(_block(b, level, medium) for b in doc.of_medium(blocks, medium))
 
 
@@ -125,13 +125,13 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
         return f"<details><summary>{heading}</summary>{inner}</details>"
     content = heading + inner
     # Sections in a notebook have no anchors, because a notebook may contain two reports with equal
-    # ones.
+    # anchors.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content
 
 
 def _beside(table: doc.TableBlock, level: int, medium: str) -> str:
-    """A table with the chapter next to it, if it has one for this medium."""
+    """Render a table, and next to it its chapter `beside` if the medium shows one."""
     found = _table(table, medium)
     detail = markup([table.beside], level, medium) if table.beside else ""
     if not detail:
@@ -143,7 +143,7 @@ def _beside(table: doc.TableBlock, level: int, medium: str) -> str:
 
 
 def _table(table: doc.TableBlock, medium: str) -> str:
-    """A table that scrolls in its box, the meanings of its signs, and the notes below."""
+    """Render a table in a scrolling box, and below it the meanings of its signs and its notes."""
     columns = table.columns_of(medium)
     top = "".join(f'<th scope="col"{_class(c.style)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []

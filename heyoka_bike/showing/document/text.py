@@ -19,8 +19,8 @@ PROSE = 100
 _KEPT_BLANK = "\N{NO-BREAK SPACE}"
 _MARK = 8  # width of an item's mark [characters]
 _LEAST_WORDS = 16  # minimum width of a column of prose [characters]
-# Codes of Select Graphic Rendition (ECMA-48 8.3.117) by the class of a paragraph, an item or a
-# cell.
+# Escape codes for colours and bold text (ECMA-48 8.3.117, Select Graphic Rendition), by the class
+# of a paragraph, an item or a cell.
 _CODES = {
     "verdict": "1", "head": "1", "facts": "2", "info": "2", "warning": "1;33", "unmade": "33",
     "passed": "32", "failed": "1;31", "right": "32", "untold": "33", "close": "33", "wrong": "31",
@@ -65,7 +65,7 @@ def render(
 
 
 class TextPage:
-    """Lines of text of limited width, by default that of the terminal."""
+    """Lines of text of limited width; the default is the width of the terminal."""
 
     def __init__(self, width: int | None, has_colors: bool, has_details: bool = True) -> None:
         columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
@@ -110,7 +110,7 @@ class TextPage:
             self._add((indent * (i > 0) + line, style))
 
     def brief(self, name: str, text: str, most: int, style: str = "") -> None:
-        """Add a text after a name, in at most `most` lines; a longer text is cut, with dots."""
+        """Add a name and a text, in at most `most` lines; a longer text is cut and ends in dots."""
         lines = wrap(text, self.prose - len(name))
         if len(lines) > most:
             last = " ".join(lines[most - 1 :])[: self.prose - len(name) - 4]
@@ -125,7 +125,7 @@ class TextPage:
         self.say(text, "head", "  ")
 
     def text(self) -> str:
-        """Return all lines."""
+        """Return all lines as one text."""
         return "".join(f"{line}\n" for line in self._lines)
 
     def _item(self, item: doc.Item) -> None:
@@ -174,7 +174,7 @@ class TextPage:
 
 
 def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_Piece]]:
-    """Columns of a table as lines of equal length, with a rule below the headings."""
+    """Return columns of a table as lines of equal length, with a rule below the headings."""
     rows = [_headings(columns)]
     rows += [[_written(row[i]) for i, _ in columns] for row in table.rows]
     prose = [i for i, (_, c) in enumerate(columns) if c.is_prose]
@@ -203,14 +203,14 @@ def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_P
 
 
 def _headings(columns: _Columns) -> list[_Piece]:
-    """Headings, aligned at the bottom."""
+    """Return the headings of columns, padded at the top so that their last lines are aligned."""
     head = [_written(c.heading)[0] for _, c in columns]
     height = max(text.count("\n") for text in head)
     return [("\n" * (height - text.count("\n")) + text, "head") for text in head]
 
 
 def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -> list[int]:
-    """Width of each column; columns of prose are narrowed, widest first, until the lines fit."""
+    """Return the column widths; columns of prose are narrowed, widest first, until lines fit."""
     widths = [
         max(len(line) for text, _ in cells for line in text.split("\n"))
         for cells in zip(*rows, strict=True)

@@ -38,7 +38,7 @@ def render(scored: Report | Series) -> str:
 
 
 def _message(report: Report) -> str:
-    """The grade in words, and the digits of the worst column."""
+    """Return the grade in words, and the correct digits of the worst column."""
     found = report.worst
     if found is None:
         return PHRASES["nothing"]

@@ -1,4 +1,4 @@
-"""A check of single instants as text and as JSON, which `check-1.schema.json` describes."""
+"""The result of checking single states: as text, and as JSON (see `check-1.schema.json`)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLUMNS_SHOWN = 6  # maximum number of columns listed for the level that fails
 
 
 def document(check: CheckedTable) -> dict[str, Any]:
-    """Return a check as JSON values, without NaN and infinity."""
+    """Return the result of a check as JSON values; None replaces NaN and infinity."""
     failed = check.failed
     return {
         "schema_version": SCHEMA_VERSION,
@@ -51,7 +51,7 @@ def document(check: CheckedTable) -> dict[str, Any]:
 
 
 def blocks(check: CheckedTable) -> list[Block]:
-    """Return a check as document blocks: a line for each level, then the first level that fails."""
+    """Return the result of a check as blocks: a row per level, then the first failed level."""
     whose = "of its own" if check.is_own else "known by number"
     states = f"{check.states} state{'s' * (check.states != 1)} {whose}"
     found: list[Block] = [

@@ -31,8 +31,9 @@ NAME_FIELD = "run_name"
 """Name of the run, or of the program if several programs are compared."""
 
 
-# Spreadsheets execute text with these beginnings as a formula. An apostrophe before the text
-# prevents this (https://owasp.org/www-community/attacks/CSV_Injection). Numbers do not change.
+# Spreadsheets execute a text that begins with one of these characters as a formula. An apostrophe
+# before the text prevents this (https://owasp.org/www-community/attacks/CSV_Injection). Numbers get
+# no apostrophe.
 _BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -47,7 +48,7 @@ def render(scored: Report | Series) -> str:
 
 
 def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
-    """Rows for each maneuver and column, and for each run of a series; None if unknown."""
+    """Return a row for each column of each maneuver (and run); None marks unknown values."""
     if isinstance(scored, Series):
         return [
             (i, run.step, run.cpu, *row, run.name)
@@ -59,7 +60,7 @@ def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
 
 
 def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
-    """All fields of a column except the file."""
+    """Return the fields of the row of a column, except the file."""
     r = c.as_understood
     measures = (getattr(r.measures, name) for name in _MEASURES)
     return (
@@ -96,7 +97,10 @@ def frame(scored: Report | Series) -> Any:
 
 
 def of_columns(time: Array | None, columns: Mapping[str, Array]) -> Any:
-    """Return columns as a pandas data frame, with the times [s] as index if given; see `frame`."""
+    """Return columns as a pandas data frame; the times [s], if given, are its index.
+
+    Errors are raised as by `frame`.
+    """
     index = None if time is None else _pandas().Index(time.ravel(), name="time")
     return _pandas().DataFrame({k: x.ravel() for k, x in columns.items()}, index=index)
 

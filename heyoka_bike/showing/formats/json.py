@@ -115,7 +115,8 @@ def clean(x: Any) -> Any:
     if x is None or isinstance(x, bool):
         return x
     if isinstance(x, str):
-        # File names that are not UTF-8 contain lone surrogates, which many readers reject.
+        # File names that are not UTF-8 contain lone surrogates, which many JSON readers reject. So
+        # write them as backslash escapes.
         return x.encode("utf-8", "backslashreplace").decode("utf-8")
     if isinstance(x, Mapping):
         return {str(clean(k)): clean(v) for k, v in x.items()}

@@ -51,6 +51,7 @@ def _suite(report: Report) -> Element:
         if value is not None:
             SubElement(properties, "property", name=name, value=printable(str(value)))
     # Readers of JUnit files sort test cases by class, and read the text before a dot as a package.
+    # So the class contains one dot only.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
     for case_name, problem in _cases(report):
         case = SubElement(suite, "testcase", classname=where, name=case_name, time="0")
@@ -86,7 +87,7 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
 
 
 def _told(report: Report) -> Iterator[Requirement]:
-    """Yield the parts of requirements, and requirements without a part that explains a failure."""
+    """Yield each requirement's parts, and the requirement itself if they do not show its result."""
     for r in report.requirements:
         yield from r.parts
         if not r.parts or (not r.met and all(part.met for part in r.parts)):
@@ -94,7 +95,7 @@ def _told(report: Report) -> Iterator[Requirement]:
 
 
 def _properties(report: Report) -> Iterator[tuple[str, object]]:
-    """Yield the names and values of the properties; None if a value is unknown."""
+    """Yield names and values for the properties of a test suite; None if a value is unknown."""
     yield "dataset_version", report.dataset_version
     yield "bicycle", report.bicycle
     for m in report.maneuvers:

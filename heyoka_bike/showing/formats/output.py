@@ -1,4 +1,4 @@
-"""Rendering of a score in any format, and writing it to a file by the suffix of its name."""
+"""Render a score in any format, or write it to a file whose suffix selects the format."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def render(
 
 
 def save(scored: Report | Series, path: str | PathLike[str], name: str | None = None) -> Path:
-    """Write a score to a file, in the named format or in that of the file's suffix.
+    """Write a score to a file; the format is `name`, or else depends on the file's suffix.
 
     Raises
     ------

@@ -30,8 +30,8 @@ from heyoka_bike.showing.wording import (
 from heyoka_bike.showing.wording.grade_text import SIGNS, WORDS, file_grade, style_of
 
 _MOST_COLUMNS_SHOWN = (
-    # Maximum number of columns shown; the benchmark has eight, and a file with the whole motion up
-    # to a hundred.
+    # Maximum number of columns in the table of digits. The benchmark has eight columns; a file with
+    # the whole motion has up to a hundred.
     12
 )
 
@@ -98,7 +98,7 @@ def document(
 
 
 def _of_file(report: Report) -> Iterator[doc.Block]:
-    """The report of a file; in a notebook everything after the digits is folded."""
+    """Yield the report of a file; in a notebook, everything after the table of digits is folded."""
     text = capital("; ".join([verdict_text.graded(report), *verdict_text.caveats(report)]))
     sign, style = SIGNS.get(file_grade(report), ""), f"verdict {style_of(report)}"
     yield doc.Paragraph(f"{text}.", style, sign=sign, only=doc.HTML)
@@ -130,7 +130,7 @@ def _of_file(report: Report) -> Iterator[doc.Block]:
 
 
 def _of_series(series: Series) -> Iterator[doc.Block]:
-    """The report of a series; in a notebook each run is folded."""
+    """Yield the report of a series; in a notebook each run is folded."""
     verdict = verdict_text.series_verdict(series)
     yield doc.Paragraph(verdict, "head", only=doc.TEXT)
     style = f" {style_of(run_text.chosen(series)[1].report)}" if series.is_one_program else ""
@@ -149,7 +149,7 @@ def _of_series(series: Series) -> Iterator[doc.Block]:
 
 
 def _asked(scored: Report | Series) -> doc.Paragraph:
-    """Return the number of requirements that are met, for a page."""
+    """Return a paragraph for a page: how many requirements are met."""
     said = verdict_text.requirement_words(scored)
     style, sign = ("right", "✓") if scored.passed else ("wrong", "✗")
     text = f"{capital(said)}." if said else ""
@@ -157,13 +157,13 @@ def _asked(scored: Report | Series) -> doc.Paragraph:
 
 
 def _folded(name: str, content: doc.Block, *, is_open: bool = False, only: str = "") -> doc.Chapter:
-    """A chapter that is folded in a notebook, and listed in the contents of a page."""
+    """Return a chapter that folds in a notebook and is listed in the contents of a page."""
     place = name.lower()
     return doc.Chapter(doc.Words(name, place), (content,), place, name, True, is_open, only)
 
 
 def _findings(found: Sequence[Finding]) -> doc.Listing:
-    """Each finding with its severity, warnings first."""
+    """Return a list of the findings, each with its severity; warnings first."""
     items = []
     for f in verdict_text.by_severity(found):
         said = number_text.sentence(f.message)
@@ -173,7 +173,7 @@ def _findings(found: Sequence[Finding]) -> doc.Listing:
 
 
 def _requirements(report: Report) -> doc.Listing:
-    """Each requirement with its result."""
+    """Return a list of the requirements, each with its result."""
     items = []
     for r in report.requirements:
         mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
@@ -183,7 +183,7 @@ def _requirements(report: Report) -> doc.Listing:
 
 
 def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
-    """Scores, charts and definitions of a maneuver.
+    """Return a chapter with the scores, charts and definitions of a maneuver.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
 
 
 def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
-    """Charts of the columns, worst first; wrong ones are open, or else only the worst."""
+    """Yield charts of all columns, worst first; only the wrong (or else the worst) are unfolded."""
 
     def goodness(c: ColumnScore) -> tuple[int, float]:
         return -c.grade, math.inf if c.scd is None else c.scd
@@ -232,13 +232,13 @@ def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
 
 
 def title(m: ManeuverScore) -> doc.Words:
-    """Return the heading of a maneuver; in text it includes the rows."""
+    """Return the heading of a maneuver; the text version adds row count, times and coverage."""
     name = column_text.heading(m)
     return doc.Words(capital(name), f"{name}: {_covered(m)}")
 
 
 def _covered(m: ManeuverScore) -> str:
-    """Rows, time, step and coverage of the reference; the column count if columns are missing."""
+    """Return row count, times, step and coverage, and the column count if columns are missing."""
     step = "" if m.step is None else f", every {number_text.plain(m.step)} s"
     times = f"{number_text.plain(m.t_start)} to {number_text.plain(m.t_end)} s"
     covered = number_text.percent(m.coverage)
@@ -247,7 +247,7 @@ def _covered(m: ManeuverScore) -> str:
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
-    """Return the scores of a maneuver's columns, and the meanings of their marks."""
+    """Return the table of the scores of a maneuver's columns, with the meanings of its marks."""
     if not m.columns:
         return (doc.Paragraph("  no column could be compared", only=doc.TEXT),)
     marks = "; ".join(column_text.mark_meanings(m.columns))
@@ -261,7 +261,7 @@ def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...
 
 
 def _score(c: ColumnScore) -> list[str | doc.Cell]:
-    """Cells of a row with the columns `_COLUMNS_OF_SCORES`."""
+    """Return the row of a column in the table of scores: a cell for each `_COLUMNS_OF_SCORES`."""
     name, (mark, notes) = printable(c.definition), (column_text.mark(c), column_text.notes(c))
     return [
         doc.Cell(doc.Words(column_text.label(c.key), printable(c.key)), unit_text(c.unit)),
@@ -282,12 +282,12 @@ def _score(c: ColumnScore) -> list[str | doc.Cell]:
 
 
 def _error(x: float | None) -> doc.Words:
-    """Format an error; a page shows one more digit than text."""
+    """Format an error with three digits for a page, and with two for text."""
     return doc.Words(number_text.number(x, 3), number_text.number(x))
 
 
 def _consistency(m: ManeuverScore) -> doc.Facts:
-    """Return the contradictions within the file itself, each with its explanation."""
+    """Return how far a file contradicts itself: energy drift, energy sum, rates against angles."""
     c = m.consistency
     eq_1 = doc.Words("eq. (1), 100 (max E − min E) / E₀", "eq. (1), 100 (max E - min E) / E0")
     said = "drift of the file's own mechanical energy"
@@ -309,7 +309,9 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
 
 
 def _digits_of_file(report: Report) -> doc.TableBlock:
-    """Table of a file's columns by maneuvers, with the interpretation of each column.
+    """Return the table of correct digits: a row per column of the file, a column per maneuver.
+
+    The last column of the table contains the interpretation of the file's column.
 
     If the file has very many columns, only those with the fewest digits are shown.
     """
@@ -360,7 +362,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
 
 
 def _worst_column(report: Report) -> doc.Chapter | None:
-    """Return the chart of the worst column, for a page; None if it has no error or one row."""
+    """Return the chart of the worst column for a page; None without an error or with one row."""
     place = verdict_text.worst_place(report)
     if place is None:
         return None
@@ -373,7 +375,7 @@ def _worst_column(report: Report) -> doc.Chapter | None:
 
 
 def _digits_of_runs(series: Series) -> doc.TableBlock:
-    """Table of the worst columns of runs or programs by maneuvers, with eq. (1) for comparison."""
+    """Return a table with a row per run: digits of the worst column and eq. (1) per maneuver."""
     numbers = sorted({n for run in series.runs for n in run.report})
     rows: list[doc.TableRow] = []
     for run in series.runs:
@@ -405,7 +407,10 @@ def _digits_of_runs(series: Series) -> doc.TableBlock:
 
 
 def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
-    """Table of columns by programs in one maneuver, with their errors over time."""
+    """Return a maneuver's table of correct digits, a row per column, a column per program.
+
+    The errors over time are shown next to the table.
+    """
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
     held = [[m for m in run.report.maneuvers if m.maneuver == maneuver] for run in series.runs]
     names = (run_text.run_name(series, run) for run in series.runs)
@@ -435,7 +440,7 @@ def _maneuvers(numbers: Iterable[int]) -> list[doc.Words]:
 
 
 def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
-    """The fewest digits and the worst grade of columns, or only of those with a key.
+    """Return a cell with the fewest digits and the worst grade of the columns (of this key).
 
     ``-`` if there are no such columns.
     """
@@ -447,14 +452,17 @@ def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
 
 
 def _taken(columns: Sequence[ColumnScore]) -> str:
-    """Return the definition of a column and what is `_unusual` about it; empty if nothing is."""
+    """Return what is `_unusual` about a column, after its definition; empty if all is default."""
     unusual, c = _unusual(columns), _compared(columns)[0]
     definition = [printable(c.definition)] if c.alternatives and unusual else []
     return ", ".join([*definition, *unusual])
 
 
 def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
-    """Conventions of a column that are not the default, and other definitions that fit as well."""
+    """Return the conventions of a column that differ from the default, and open definitions.
+
+    A definition is open if it fits as well as the chosen one.
+    """
     found = _compared(columns)
     c = found[0]
     r = c.as_understood
@@ -486,7 +494,7 @@ def conventions(report: Report) -> str:
 
 
 def _by_key(report: Report) -> dict[str, list[ColumnScore]]:
-    """The columns of a file in all maneuvers, by key."""
+    """Return the columns of a file by key: for each key, its columns in all maneuvers."""
     return grouped((c.key, c) for m in report.maneuvers for c in m.columns)
 
 
@@ -495,7 +503,7 @@ def _compared(columns: Sequence[ColumnScore]) -> Sequence[ColumnScore]:
 
 
 def _all_runs(series: Series, n: int) -> doc.Chapter:
-    """Errors of all runs in a maneuver that they share."""
+    """Return a chapter that compares the errors of all runs in one maneuver."""
     title, errors = f"Maneuver {n}", _convergence(series, n)
     content: tuple[doc.Block, ...]
     if series.is_one_program:
@@ -514,7 +522,7 @@ def _all_runs(series: Series, n: int) -> doc.Chapter:
 
 
 def _each_run(series: Series) -> Iterator[doc.Block]:
-    """A chapter for each run; a page shows the chosen run of a program in full."""
+    """Yield a chapter for each run; a page shows the chosen run of a single program in full."""
     kind, best = run_text.chosen(series)
     for i, run in enumerate(series.runs):
         is_best = run is best
@@ -533,7 +541,8 @@ def _each_run(series: Series) -> Iterator[doc.Block]:
         yield doc.Chapter(name, content, f"run-{i + 1}", name, only=doc.PAGE)
         found = held.findings
         if series.is_one_program and not is_best:
-            # Most findings are the same for all runs of a program, so list only those that are new.
+            # Most findings are the same for all runs of a program, so list only the warnings that
+            # the report of the chosen run does not contain.
             known = {f.message for f in best.report.findings}
             new = (f for f in found if f.message not in known)
             found = tuple(f for f in new if f.severity == Severity.WARNING)
@@ -546,7 +555,7 @@ def _scores(m: ManeuverScore, is_explained: bool) -> doc.Chapter:
 
 
 def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
-    """Table of the errors of a maneuver by run, with the observed orders between neighbours."""
+    """Return a table with the errors of each run, and the observed orders between two runs."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_cpu = any(run.cpu is not None for run in series.runs)
     has_orders = _has_orders(series, maneuver)

@@ -35,7 +35,8 @@ from heyoka_bike.showing.wording.grade_text import file_grade
 
 _MOST_RUNS_SHOWN = 4  # maximum number of runs of a series that are listed, one per line
 _LETTERS_OF_NAMES = 14  # width of the names at the start of lines [characters]
-# Largest number of correct digits that is suggested as a requirement; binary64 reaches it easily.
+# Largest number of correct digits that is suggested as a requirement. A correct program in binary64
+# reaches it easily.
 _MOST_REQUIRED = 12
 _WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
 _MOST_LINES = 12  # maximum number of lines of a diagnosis that names no cause
@@ -49,7 +50,7 @@ _Entry = tuple[str, str, int]
 def render(
     scored: Report | Series, width: int | None, has_colors: bool, *, in_python: bool = False
 ) -> str:
-    """Render a summary of at most ten lines; long texts are cut, the table contains all of it.
+    """Render a summary of at most ten lines; long texts are cut (the table shows them in full).
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def render(
 def closing(
     scored: Report | Series, width: int | None, has_colors: bool, written: Sequence[str] = ()
 ) -> str:
-    """Return the lines below a report without details: the next step, and the written files."""
+    """Return the lines after a report without details: the next step, and the files written."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     names = ", ".join(map(printable, written))
     pages = "" if written else "; -o report.html writes a report with charts"
@@ -90,7 +91,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
 
     If the diagnosis names no cause, remarks beyond twelve lines appear only with `has_details`.
     """
-    # List the findings that the diagnosis does not repeat before the diagnosis.
+    # The diagnosis does not contain these findings, so they are listed before it.
     odd_signs = (SignContradiction, SensesOpposed)
     beside = [
         x
@@ -109,7 +110,8 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     # Always show that a search ended early, because this makes the other findings less certain.
     stops = [_filled(f.message) for f in causes if f.code == StoppedEarly.code]
     told = [f for f in causes if f.code != StoppedEarly.code]
-    # `term_unexplained` also says that no known cause explains the error.
+    # If `term_unexplained` is shown, `no_mistake_found` would only repeat that no known cause
+    # explains the error.
     is_said = any(f.code == "term_unexplained" for f in told)
     shown: list[str] = []
     room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
@@ -162,7 +164,7 @@ def _series(series: Series) -> Iterator[_Entry]:
 
 
 def _verdict(report: Report) -> str:
-    """The verdict without the requirements, which have their own line."""
+    """Return the verdict, except for the requirements, which have their own line."""
     said = "; ".join([verdict_text.graded(report), *verdict_text.caveats(report)])
     return f"{printable(report.file.path)}: {said}"
 
@@ -187,7 +189,7 @@ def _warnings(report: Report) -> str:
 
 
 def _next(report: Report, in_python: bool) -> str:
-    """Return the next step after a report."""
+    """Return a sentence that tells the user what to do next, according to a report."""
     if report.diagnosis:
         return number_text.sentence(report.diagnosis[0].message)
     found = file_grade(report)
@@ -236,7 +238,7 @@ def _may_be_the_step(report: Report) -> bool:
 
 
 def _missing(report: Report) -> list[str]:
-    """Return the keys of the benchmark's eight columns that any maneuver lacks."""
+    """Return the keys of those of the benchmark's columns that are missing in some maneuver."""
     held = [{c.key for c in m.compared} for m in report.maneuvers]
     return [key for key in BENCHMARK_COLUMNS if any(key not in keys for keys in held)]
 
@@ -252,7 +254,7 @@ def _next_of_series(series: Series, in_python: bool) -> str:
 
 
 def _call(report: Report) -> str:
-    """The call of the diagnosis in Python; results in memory have no name."""
+    """Return the Python call that diagnoses the file (results in memory have no file name)."""
     is_file = report.file.format != ARRAY and ", " not in report.file.path
     return f"diagnose({report.file.path!r})" if is_file else "diagnose(...) with the same results"
 

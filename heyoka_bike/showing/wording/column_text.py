@@ -1,4 +1,4 @@
-"""Names of columns and maneuvers, and notes on how a column was understood."""
+"""Names of columns and maneuvers, and notes on how a column was interpreted."""
 
 from collections.abc import Sequence
 
@@ -20,17 +20,17 @@ def heading(m: ManeuverScore) -> str:
 
 
 def is_default(column: ColumnScore) -> bool:
-    """True if a column is understood as the default definition."""
+    """True if a column is interpreted with the default definition."""
     return column.as_understood.definition == column.as_written.definition
 
 
 def mark(column: ColumnScore) -> str:
-    """Return ``*`` if the definition is not the default, and ``~`` if others fit as well."""
+    """Return ``*`` for a column whose definition is not the default, ``~`` if others also fit."""
     return ("" if is_default(column) else "*") + ("~" if column.indistinguishable else "")
 
 
 def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
-    """Return the meanings of the marks that occur in some columns."""
+    """Return the meanings of the marks ``*`` and ``~`` that any of the columns has."""
     found = []
     if not all(map(is_default, columns)):
         found.append("* is not the default definition")
@@ -44,7 +44,7 @@ def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def notes(column: ColumnScore) -> tuple[str, ...]:
-    """Return sign, unit and offset of a column that are not the default ones."""
+    """Return sign, unit and offset of a column, each only if it differs from the default."""
     r = column.as_understood
     found = []
     if not column.is_known:
@@ -59,7 +59,7 @@ def notes(column: ColumnScore) -> tuple[str, ...]:
 
 
 def first_above(column: ColumnScore) -> str:
-    """Return the first time above the tolerance [s], ``never``, or ``-`` if it is unknown."""
+    """Return the first time when the error exceeds the tolerance [s]; else ``never`` or ``-``."""
     m = column.as_understood.measures
     if m.max_abs_error is None:
         return "-"

@@ -32,6 +32,6 @@ def file_grade(report: Report) -> Grade:
 
 
 def style_of(report: Report) -> str:
-    """Return the grade for style sheets: a file that is right in part is shown as close."""
+    """Return the CSS class of a file's grade; a file that is right in part is shown as close."""
     found = file_grade(report)
     return (Grade.CLOSE if found == Grade.RIGHT and not report.is_right else found).style

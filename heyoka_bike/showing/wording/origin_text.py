@@ -10,7 +10,7 @@ from heyoka_bike.version import __version__
 
 
 def origin(words: Sequence[str] | None = None) -> list[tuple[str, str]]:
-    """Return the time and the command of a report that is made now, as names and texts.
+    """Return when and with which command a report is made, as pairs of a name and a text.
 
     The variable ``SOURCE_DATE_EPOCH`` sets another time [s since 1970], so that a report can be
     reproduced byte for byte (https://reproducible-builds.org/specs/source-date-epoch/).
@@ -30,7 +30,7 @@ def origin(words: Sequence[str] | None = None) -> list[tuple[str, str]]:
 
 
 def reference_words(bicycle: str, dataset_version: str, sha256: str = "") -> list[tuple[str, str]]:
-    """Return the version that makes a report, and the reference it compares with."""
+    """Return the program version and the reference of a report, as pairs of a name and a text."""
     said = f"{printable(bicycle)}, data {printable(dataset_version)}"
     content = f", content sha256 {sha256}" if sha256 else ""
     return [("by", f"heyoka_bike {__version__}"), ("reference", said + content)]

@@ -22,7 +22,7 @@ from heyoka_bike.showing.wording.verdict_text import DOES_NOT_COUNT
 
 
 def outcome(found: Outcome) -> str:
-    """Return the outcome of a requirement: its worst value and place, or why it is not met."""
+    """Return the outcome of a requirement: the worst value and its place, or why it is not met."""
     match found:
         case WorstValue():
             value = "never" if found.value == inf else f"{found.value:.3g}"
@@ -59,7 +59,7 @@ def outcome(found: Outcome) -> str:
 
 
 def in_part(found: InPart) -> str:
-    """Say how much was compared, and which requirements accept this much."""
+    """Return a sentence: how much was compared, and which requirements would accept this."""
     covered = None if found.coverage is None else f"{100 * found.coverage:g} % of the run"
     columns = None if found.columns is None else f"{found.columns} of {ALL_COLUMNS} columns"
     what = " and ".join(filter(None, (columns, covered)))

@@ -12,12 +12,15 @@ _LONGEST_NAME_SHOWN = 30
 
 
 def reports(scored: Report | Series) -> tuple[Report, ...]:
-    """Return the report itself, or the reports of all runs."""
+    """Return the reports of all runs of a series, or the only report of a file."""
     return (scored,) if isinstance(scored, Report) else tuple(r.report for r in scored.runs)
 
 
 def chosen(series: Series) -> tuple[str, Run]:
-    """Return the run that is shown in full, after the reason: it is the finest, or the best."""
+    """Return ``finest`` or ``best``, and the run of the series to which this word applies.
+
+    A report shows this run in full.
+    """
     if series.is_one_program and all(size_text(run) for run in series.runs):
         return "finest", series.runs[-1]
 
@@ -29,7 +32,7 @@ def chosen(series: Series) -> tuple[str, Run]:
 
 
 def order_words(series: Series) -> str:
-    """Return the observed orders of the finest pair of runs that has any."""
+    """Return the observed orders of convergence between the two finest runs with known orders."""
     for pair in reversed(range(len(series.runs) - 1)):
         orders = [c.orders[pair] for c in series.convergence if pair < len(c.orders)]
         known = [x for x in orders if x is not None]
@@ -46,7 +49,7 @@ def size_text(run: Run) -> str:
 
 
 def size_heading(series: Series) -> str:
-    """Return the name of the quantity that `size_text` shows; empty if no run has any."""
+    """Return the name of the quantity that `size_text` shows: step, tolerance or nothing."""
     if any(run.step is not None for run in series.runs):
         return "step [s]"
     return "tolerance" if any(run.tolerance is not None for run in series.runs) else ""

@@ -50,12 +50,12 @@ DOES_NOT_COUNT = {
 
 
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    """Sort findings: the conventions first, then warnings, then the others in their order."""
+    """Sort findings: the conventions first, then warnings, then the others as they were."""
     return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
 
 
 def warnings_words(report: Report) -> str:
-    """Return the number of warnings in words; empty without any."""
+    """Return the number of warnings in words; empty if there are none."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
     return counted(count, "warning") if count else ""
 
@@ -87,7 +87,7 @@ def worst_words(report: Report) -> str:
 
 
 def caveats(report: Report) -> list[str]:
-    """Return restrictions of the verdict: part covered, columns left out, contradictory signs."""
+    """Return restrictions of the verdict: fraction compared, columns left out, opposite signs."""
     signs, covered, left_out = "", "", [x.name for x in report.not_compared]
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:
@@ -119,7 +119,7 @@ def _outcome(m: ManeuverScore) -> str:
     """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
     if m.performance_limit is None:
         return ""
-    # The result of eq. (1) may not count, whatever its value is.
+    # For some files the result of eq. (1) does not count, whatever its value is.
     if reason := claim(m, m.performance_limit).reason:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
     so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
@@ -128,7 +128,7 @@ def _outcome(m: ManeuverScore) -> str:
 
 
 def requirement_words(scored: Report | Series) -> str:
-    """Return the number of requirements that are met; empty without any."""
+    """Return how many requirements are met or failed; empty if there are none."""
     every = [r for report in reports(scored) for r in report.requirements]
     if not every:
         return ""
@@ -141,7 +141,7 @@ def requirement_words(scored: Report | Series) -> str:
 
 
 def graded(report: Report) -> str:
-    """Return the verdict by true error: the judgement, and the worst column.
+    """Return the grade of a file in words, and the digits of its worst column.
 
     Remarks that may apply to a file with the right motion come first: contradictory signs, and
     columns of unknown definition.
@@ -159,7 +159,7 @@ def graded(report: Report) -> str:
 
 
 def own_definitions(report: Report) -> list[str]:
-    """Return the columns of unknown definition, if the file has a better grade without them."""
+    """Return the columns of unknown definition, if the grade would be better without them."""
     every = [c for _, c in report.places]
     own = list(dict.fromkeys(c.key for c in every if not c.is_known))
     others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
@@ -176,7 +176,7 @@ def verdict(scored: Report | Series) -> str:
 
 
 def contents(report: Report) -> str:
-    """Return the rows, times, digits and format of a file."""
+    """Return row count, times, number of digits and format of a file."""
     f = report.file
     digits = f.significant_digits
     written = "unknown digits" if digits is None else f"{digits} digits written"
@@ -234,7 +234,7 @@ def _has(seen: Sequence[Evidence], kind: type[Evidence]) -> bool:
 
 
 def series_verdict(series: Series) -> str:
-    """Return one line on the convergence of a series, or on the best of several programs."""
+    """Return the verdict on a series: its convergence, or the best of several programs."""
     name, run = chosen(series)
     if not series.is_one_program:
         best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"

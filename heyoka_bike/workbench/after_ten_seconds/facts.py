@@ -1,4 +1,4 @@
-"""The benchmark's maneuvers after ten seconds, proved from candidates alone.
+"""Prove facts about the benchmark's maneuvers after their ten seconds, from candidates alone.
 
 The candidates are the motion of a cycle, and maneuver 3 until it falls. The facts that follow from
 them and from the inputs of the benchmark are published in after-ten-seconds.json, in a folder with
@@ -76,7 +76,7 @@ _BITS_OF_FACTS = 400
 
 @dataclass(frozen=True)
 class Fact:
-    """A proved fact.
+    """A proved statement about a maneuver, with enclosures of its numbers.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ def _steer_rate(equations: Equations, state: Sequence[Number]) -> Number:
 
 
 def cycle_fact(run: Trajectory, like: Maneuver, progress: OnTime | None = None) -> Fact:
-    """Prove the cycle near a candidate that has the energy of a maneuver.
+    """Prove that a limit cycle with the energy of a maneuver exists near a candidate.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: OnTime | None = None) 
 
 
 def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
-    """Return the speed of upright straight running with the energy of a maneuver's start."""
+    """Return the speed of upright straight running that has the initial energy of a maneuver."""
     balls = Balls(_BITS_OF_FACTS)
     with balls.precision():
         equations = Equations.of(bicycle, balls)
@@ -140,7 +140,7 @@ def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
 
 
 def fall_fact(run: Trajectory, progress: OnTime | None = None) -> Fact:
-    """Prove when the rear wheel leaves the floor.
+    """Prove at what time the rear wheel leaves the floor, and that no wheel lifts earlier.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def _first(run: Trajectory, found: Sequence[Event], what: str) -> Event:
 def _largest(
     at: Evaluator, rate: Quantity, column: str, end: flint.arb
 ) -> tuple[flint.arb, flint.arb]:
-    """Return the largest magnitude of a column up to a time, and when it occurs.
+    """Return when the magnitude of a column is largest, up to a time, and this magnitude.
 
     It occurs where the rate of the column vanishes, or at one of the ends.
     """
@@ -222,7 +222,7 @@ _DIGITS_OF_FACTS = 30
 _LETTERS_SHOWN = 60  # maximum number of characters shown of a value in a file
 
 Digits = Callable[[Enclosure, str, str], int]
-"""Function that returns the number of digits of a value, by maneuver and name."""
+"""Function that returns the number of digits to write for an enclosure, a maneuver and a name."""
 
 
 def prove_facts(
@@ -292,7 +292,7 @@ def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
 
 
 def _decided(x: Enclosure) -> int:
-    """Return the largest number of digits that an enclosure decides."""
+    """Return the number of decimal digits that an enclosure determines."""
     return next((n for n in range(_DIGITS_OF_FACTS, 0, -1) if x.decimal(n) is not None), 1)
 
 
@@ -306,7 +306,7 @@ def _text(x: Enclosure, digits: int, name: str) -> str:
 def certify_after(
     folder: str | Path | None = None, *, progress: Progress | None = None
 ) -> tuple[Fact, ...]:
-    """Prove again the statements of after-ten-seconds.json, from the candidates in its folder.
+    """Prove the statements of after-ten-seconds.json again, from the candidates in its folder.
 
     Parameters
     ----------
@@ -373,7 +373,7 @@ _PRECISION = "binary128"
 
 @dataclass(frozen=True, slots=True)
 class ProvedLift:
-    """Proved statements about the wheels of a motion.
+    """Proved statements about when the wheels of a motion leave the floor.
 
     Attributes
     ----------

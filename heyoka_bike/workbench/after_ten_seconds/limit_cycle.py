@@ -1,4 +1,4 @@
-"""A proved cycle of the bicycle that is its own mirror image half a period later.
+"""Prove a limit cycle of the bicycle that is its own mirror image half a period later.
 
 The motions considered start upright. The five unknowns u are steer angle, roll rate, steer rate and
 spin of the rear wheel at the start, and the time T of the next upright crossing. The conditions are
@@ -68,7 +68,7 @@ sixteen pieces the enclosures grow by a factor of up to 11 each: 55 bits."""
 
 @dataclass(frozen=True)
 class Nearby:
-    """Motions near a candidate.
+    """Enclosures of all motions near a candidate.
 
     Attributes
     ----------
@@ -99,14 +99,14 @@ class Nearby:
 
 @dataclass(frozen=True)
 class _FlowPart:
-    """A piece or a part of it, with Y and a bound on the derivative's distance from Y."""
+    """A piece (or part of one) with its Y and a bound on the distance of the derivative from Y."""
 
     piece: Piece
     flow: Flow
     apart: flint.arb
 
     def derivative(self, s: flint.arb) -> flint.arb_mat:
-        """Return the derivative with respect to the state at the start of the part."""
+        """Enclose the derivative of the state at s by the state at the start of the part."""
         y, w = value(self.flow.y, s), self.flow.weights
         return flint.arb_mat(
             [
@@ -117,7 +117,7 @@ class _FlowPart:
 
 
 def nearby(run: Trajectory, radii: BallVector) -> Nearby:
-    """Enclose the motions whose initial state is within `radii` of the candidate's.
+    """Enclose all motions whose initial state is within `radii` of that of the candidate.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def nearby(run: Trajectory, radii: BallVector) -> Nearby:
 
 
 class _FlowKeeper(Prover):
-    """A prover that stores the flow of each part."""
+    """A prover that stores the derivative of the flow over each part of a piece."""
 
     matrix_bits = _BITS_OF_CYCLE
 
@@ -152,7 +152,7 @@ class _FlowKeeper(Prover):
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))
             if not 4 * reach <= 1:
                 raise refused(piece, "the motions leave a quarter of the polydisc")
-            # J has no row or column for the yaw, which is the last state variable.
+            # No rate depends on the yaw, the last state variable, so the last column of J is zero.
             step = exact_ball(piece.h)
             moved = flint.arb_mat(
                 [[*(8 * step * m * reach / x for x in near.rho[:6]), 0] for m in near.values]
@@ -203,7 +203,7 @@ class Cycle:
 
 
 def prove_cycle(run: Trajectory, like: Maneuver, progress: OnTime | None = None) -> Cycle:
-    """Prove the cycle near a candidate, with the energy of a maneuver.
+    """Prove that a limit cycle with the energy of a maneuver exists near a candidate.
 
     Parameters
     ----------
@@ -259,7 +259,10 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: OnTime | None = None)
 def _starts(
     run: Trajectory, equations: Equations, start: Sequence[flint.arb], radius: flint.arb
 ) -> tuple[list[flint.arb], flint.arb]:
-    """Return states of the box on the floor, and their pitch's derivative by the steer angle."""
+    """Return the box with its pitch angles, and the derivative of the pitch by the steer angle.
+
+    The front wheel is on the floor, so the steer angle determines the pitch.
+    """
     box = [flint.arb(x, radius) if i in _UNKNOWNS else x for i, x in enumerate(start)]
     box[_PITCH] = flint.arb(start[_PITCH], radius)
     by_pitch, by_steer = _height_slopes(equations, box)
@@ -272,7 +275,7 @@ def _starts(
 
 
 def _height_slopes(equations: Equations, state: Sequence[flint.arb]) -> Sequence[flint.arb]:
-    """Return derivatives of the front wheel's height with respect to pitch and steer angle."""
+    """Return the derivatives of the height of the front wheel by pitch and steer angle."""
     duals = Duals(equations.a)
     pitch, steer = duals.variables([state[_PITCH], state[_STEER]])
     slopes: Sequence[flint.arb] = front_contact_height(
@@ -284,7 +287,7 @@ def _height_slopes(equations: Equations, state: Sequence[flint.arb]) -> Sequence
 def _energy_slopes(
     run: Trajectory, equations: Equations, state: Sequence[flint.arb], tilt: flint.arb
 ) -> list[flint.arb]:
-    """Return derivatives of the energy by the unknowns, over starts and mirrored ends."""
+    """Return the derivatives of the energy by the unknowns, for all start and end states."""
     moving: list[Number] = list(state)
     for i, x in zip(_UNKNOWNS, Duals(equations.a).variables([state[i] for i in _UNKNOWNS]),
                     strict=True):  # fmt: skip
@@ -297,7 +300,7 @@ def _energy_slopes(
 
 
 def _start_slopes(tilt: flint.arb) -> flint.arb_mat:
-    """Return derivatives of the initial state, including the yaw, by the unknowns."""
+    """Return the derivatives of the initial state, including the yaw, by the unknowns."""
     rows: list[list[Number]] = [[int(i == j) for j in _UNKNOWNS] for i in range(SIZE)]
     rows[_PITCH] = [tilt, 0, 0, 0]
     return flint.arb_mat(rows)
@@ -306,7 +309,7 @@ def _start_slopes(tilt: flint.arb) -> flint.arb_mat:
 def _derivative(
     flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
 ) -> flint.arb_mat:
-    """Return G' over the box: one row per condition, one column per unknown, the time last."""
+    """Return G' over the box, with a row per condition and a column per unknown, the last for T."""
     rows = [[*(flow[_ROLL, j] for j in range(4)), rates[_ROLL]]]
     for k, i in enumerate(_MIRRORED):
         rows.append([*(flow[i, j] + int(j == k) for j in range(4)), rates[i]])
@@ -316,7 +319,7 @@ def _derivative(
 def _check_krawczyk(
     run: Trajectory, rest: BallVector, derivative: flint.arb_mat, radius: flint.arb
 ) -> None:
-    """Check that the box contains exactly one zero of G; `rest` is G in its middle."""
+    """Check that the box contains exactly one zero of G; `rest` is G at the box's middle."""
     inverse = derivative.mid().inv().mid()
     spread = abs_times(identity(5) - inverse * derivative, [radius] * 5)
     moved = abs_times(inverse, [abs(x).upper() for x in rest])
@@ -328,11 +331,11 @@ def _check_krawczyk(
 def _multipliers(
     run: Trajectory, flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
 ) -> tuple[flint.arb, ...]:
-    """Return eigenvalues of the half return map's derivative by steer, roll and steer rate."""
+    """Return the eigenvalues of the derivative of the half return map (see the module)."""
 
     def by(i: int, j: int) -> flint.arb:
-        # Effect of the initial state on the state at the crossing, minus the part due to a change
-        # of the crossing time.
+        # Derivative of variable i at the mirrored crossing by unknown j. The first term is due to
+        # the change of the crossing time.
         return rates[i] * flow[_ROLL, j] / rates[_ROLL] - flow[i, j]
 
     matrix = flint.acb_mat(

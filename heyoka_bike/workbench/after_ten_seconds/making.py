@@ -1,4 +1,4 @@
-"""Make after-ten-seconds.json: two candidates from heyoka, and all facts that follow.
+"""Make after-ten-seconds.json: compute two candidates with heyoka, and prove all facts.
 
 The candidate for the cycle that a weaving bicycle settles on is found by Newton's method. The
 bicycle conserves its energy, so cycles form families of one parameter; the wanted cycle has the
@@ -38,19 +38,18 @@ from heyoka_bike.workbench.after_ten_seconds.facts import prove_facts, render_fa
 COLUMNS = ("steer_angle", "roll_rate", "steer_rate", "forward_speed")
 MIRRORED = (-1, -1, -1, 1)
 
-# Duration of a run that contains one half of the cycle [s]: it is longer than half a period, and
-# shorter than a whole period.
+# Duration of a run that contains half a period of the cycle [s]. It is shorter than a whole period.
 _A_HALF = Fraction(17, 16)
 _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 _ROUGH_DIGITS = 30
-# Number of units in the last place: Newton's method stops when its steps are smaller.
+# Newton's method stops when its step is below 2^_LAST_BITS units in the last place.
 _LAST_BITS = 12
 
 
 @dataclass(frozen=True)
 class Section:
-    """The half return map of upright crossings, at a number of digits.
+    """The map from an upright state of the bicycle to the mirrored next one, at a precision.
 
     Attributes
     ----------
@@ -67,13 +66,13 @@ class Section:
 
     @property
     def mp(self) -> Any:
-        """The context of mpmath for the numbers of the map."""
+        """The mpmath context with the precision of the map."""
         context = mpmath.mp.clone()
         context.prec = self.bits + 32
         return context
 
     def run(self, x: Sequence[Any], duration: Fraction = _A_HALF) -> Trajectory:
-        """Return the motion from a point."""
+        """Return the motion that starts upright with the values `x` of the four `COLUMNS`."""
         mp = self.mp
         values = [Fraction(int(mp.nint(mp.ldexp(v, self.bits))), 2**self.bits) for v in x]
         steer, roll_rate, steer_rate, speed = map(Exact, values)
@@ -83,7 +82,7 @@ class Section:
         return integrate(self.bicycle, maneuver, self.digits, is_regular=True)
 
     def half(self, x: Sequence[Any]) -> tuple[list[Any], Any, Any]:
-        """Return the next crossing, mirrored, with its time [s] and the energy [J]."""
+        """Return the mirrored next upright point, its time [s], and the energy [J]."""
         run = self.run(x)
         crossing = next(events(run, (UPRIGHT,)))
         at = evaluator(run)
@@ -94,12 +93,12 @@ class Section:
         return point, self.number(crossing.time), energy
 
     def number(self, x: flint.arb) -> Any:
-        """Return the middle of a ball."""
+        """Return the midpoint of a ball as a number of mpmath."""
         man, exp = x.mid().man_exp()
         return self.mp.ldexp(self.mp.mpf(int(man)), int(exp))
 
     def derivatives(self, x: Sequence[Any]) -> Any:
-        """Return the derivatives of the map and of the energy, shape (5, 4)."""
+        """Return the derivatives of the map and of the energy by the point, shape (5, 4)."""
         step = self.mp.ldexp(1, -self.bits // 3)
         found = self.mp.matrix(5, 4)
         for j in range(4):
@@ -112,7 +111,7 @@ class Section:
 
 
 def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
-    """Return a rising upright crossing of the settled maneuver, in binary64."""
+    """Return the last upright point, with rising roll, of a maneuver that has settled."""
     run = integrate(bicycle, replace(maneuver, duration=_SETTLING))
     crossing = [e for e in events(run, (UPRIGHT,)) if e.rises][-1]
     at = evaluator(run)
@@ -122,7 +121,7 @@ def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
 
 
 def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajectory:
-    """Return the motion of the cycle with the energy of a maneuver, for over half a period."""
+    """Return a candidate: over half a period of the cycle that has the energy of a maneuver."""
     section = Section(bicycle, digits)
     mp = section.mp
     start = integrate(bicycle, replace(maneuver, duration=maneuver.spacing), digits)

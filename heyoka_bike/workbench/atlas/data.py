@@ -1,4 +1,4 @@
-"""An atlas: long-term behaviour of a bicycle at each point of a grid, and the basin boundary.
+"""The data of an atlas: long-term behaviour at each point of a grid, and basin boundary.
 
 The quantities are those of `VARIABLES`. How each is decided is in `fates`.
 """
@@ -64,7 +64,7 @@ VARIABLES: Mapping[str, Variable] = {
 
 @dataclass(frozen=True, slots=True)
 class GridAxis:
-    """A side of the grid.
+    """An axis of the grid: a quantity and its values.
 
     Attributes
     ----------
@@ -79,17 +79,17 @@ class GridAxis:
 
     @property
     def unit(self) -> str:
-        """Unit as in a file of maneuvers or of a bicycle."""
+        """The unit of the values, as files of maneuvers and bicycles spell it."""
         return self._parameter.unit
 
     @property
     def long_name(self) -> str:
-        """The description in words."""
+        """The description of the quantity in words."""
         return self._parameter.description
 
     @property
     def title(self) -> str:
-        """Title in a map: ``initial speed``, or the description of a parameter."""
+        """Title of the axis in a map: ``initial speed``, or the description of a parameter."""
         return f"initial {self.name.replace('_', ' ')}" if self.name in START else self.long_name
 
     @property
@@ -143,5 +143,5 @@ class Atlas:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Number of points along the two axes."""
+        """The numbers of grid points along the two axes."""
         return len(self.axes[0].values), len(self.axes[1].values)

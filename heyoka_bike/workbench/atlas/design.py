@@ -31,7 +31,7 @@ _SIDES_OF_CHUNK = (4, 128)
 
 @dataclass(frozen=True)
 class Design:
-    """The grid to be computed.
+    """The grid of an atlas, and the bicycle and initial values at its points.
 
     Attributes
     ----------
@@ -51,12 +51,12 @@ class Design:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Number of points along the two axes."""
+        """The numbers of grid points along the two axes."""
         return len(self.axes[0].values), len(self.axes[1].values)
 
     @property
     def side(self) -> int:
-        """Points of a chunk along each axis; the shape of the grid determines it."""
+        """Number of points of a chunk along each axis, which the shape of the grid determines."""
         least, most = _SIDES_OF_CHUNK
         return min(max(ceil(sqrt(self.shape[0] * self.shape[1] / _CHUNKS)), least), most)
 
@@ -66,7 +66,7 @@ class Design:
         return ((i, j) for i in range(rows) for j in range(columns))
 
     def slices(self, chunk: Chunk) -> tuple[slice, slice]:
-        """Return the part of the grid that a chunk covers."""
+        """Return the slices of the two axes that a chunk covers."""
         side = self.side
         first, second = (
             slice(i * side, min((i + 1) * side, n)) for i, n in zip(chunk, self.shape, strict=True)
@@ -74,7 +74,9 @@ class Design:
         return first, second
 
     def points(self, first: Array, second: Array) -> tuple[list[Bicycle], Array, Any]:
-        """Return bicycles, starts in the order of `START`, and the bicycle of each start.
+        """Return the bicycles, the initial values, and the index of the bicycle of each point.
+
+        The initial values are in the order of `START`.
 
         Parameters
         ----------
@@ -104,7 +106,7 @@ class Design:
         return [*bicycles, self.bicycle], starts, which.reshape(-1)
 
     def provenance(self) -> dict[str, str]:
-        """Return everything that the numbers depend on, as text."""
+        """Return inputs, method and versions, on which the numbers of the atlas depend, as text."""
         from heyoka_bike.motion import heyoka_adapter
 
         inputs = {
@@ -124,7 +126,7 @@ class Design:
 
 
 def axis(text: str, name: str) -> GridAxis:
-    """Read the axis ``FROM:TO:N`` for a name of `START` or a parameter.
+    """Parse an axis ``FROM:TO:N`` of the grid; `name` is in `START`, or a parameter.
 
     Raises
     ------
@@ -149,7 +151,7 @@ def design(
     bicycle: Bicycle, axes: Sequence[GridAxis], start: Mapping[str, float] | None = None,
     longest: float = LONGEST,
 ) -> Design:  # fmt: skip
-    """Return a checked design; initial values that are not given are zero.
+    """Return the design of an atlas, after checks; initial values that are not given are zero.
 
     Raises
     ------

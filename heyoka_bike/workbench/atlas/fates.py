@@ -57,7 +57,7 @@ from heyoka_bike.workbench.fast.vector_code import STATE_SIZE
 
 
 def tops(values: Array) -> tuple[Array, Array]:
-    """Return maxima and their places, by parabolas around the samples that are local maxima.
+    """Return the maxima and their places, from a parabola through each local maximum.
 
     Parameters
     ----------
@@ -77,20 +77,20 @@ def tops(values: Array) -> tuple[Array, Array]:
 
 
 def largest(values: Array) -> Array:
-    """Return the largest value of each row, between samples too."""
+    """Return the largest value of each row, including maxima between samples."""
     found: Array = np.fmax(np.fmax.reduce(values, axis=1), tops(values)[0].max(axis=1))
     return found
 
 
 def first_negative(values: Array) -> Array:
-    """Return where each row first passes below zero, in samples; NaN if it does not."""
+    """Return the place, in samples, where each row first passes below zero; NaN without one."""
     with np.errstate(invalid="ignore", divide="ignore"):
         is_below = values < 0
         i = np.argmax(is_below, axis=1)
         rows = np.arange(len(values))
         here, ahead = values[rows, i], values[rows, np.maximum(i - 1, 0)]
-        # No sample precedes the first one, so a row whose first sample is below zero passes zero
-        # there.
+        # If the first sample is below zero, no earlier sample allows an interpolation. Then the
+        # first sample is the place.
         back = np.where(np.isfinite(ahead) & (ahead > 0), here / (here - ahead), 0.0)
         crossed = np.where(is_below.any(axis=1), i - back, np.nan)
         depth, place = tops(-values)
@@ -116,7 +116,10 @@ _AROUND = 2  # number of samples on either side of the largest sample
 
 
 def conditions(runs: Runs, samples: Array, which: Array) -> Array:
-    """Return the largest spectral norm of the derivative with respect to the initial state.
+    """Return the largest factor by which each motion magnifies a small initial error.
+
+    This is the largest spectral norm of the derivative of the state with respect to the initial
+    state.
 
     The derivative is that of roll, steer, their rates [rad, rad/s] and speed [m/s], at every other
     sample. The norm is accurate to a few percent in the worst case, where it comes in bursts.
@@ -154,7 +157,7 @@ def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
 
 
 def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
-    """Return the derivatives of the state with respect to `START`, shape (motions, 6, 5)."""
+    """Return the derivatives of the initial state by `START`, shape (motions, 6, 5)."""
     found = np.zeros((len(states), STATE_SIZE, len(START)))
     for column, row in enumerate(LATERAL):
         found[:, row, column] = 1.0
@@ -170,14 +173,14 @@ def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
 
 
 def _seen(flow: Array, length: Array) -> Array:
-    """Return the rows of the flow in the order of `START`, shape (motions, 5, 5)."""
+    """Return the derivatives of the variables `START` by their initial values, (motions, 5, 5)."""
     found: Array = flow[:, (*LATERAL, SPIN)].copy()
     found[:, -1] *= length[:, None]
     return found
 
 
 def _largest_norm(matrices: Array) -> Array:
-    """Return the largest spectral norm over the times of each motion; NaN entries do not count.
+    """Return each motion's largest spectral norm over its times; NaN entries do not count.
 
     `matrices` has the shape (motions, times, 5, 5). The Frobenius norm is an upper bound, and close
     if one direction dominates. So the spectral norm is computed near the largest Frobenius norm,
@@ -207,7 +210,7 @@ _FINER = 32  # factor by which sampling is refined where a wheel lifts
 
 
 def _straight(runs: Runs, states: Array, which: Array) -> tuple[Array, Array]:
-    """Return speed [m/s] and growth [1/s] of straight running with the energy of each motion.
+    """Return speed [m/s] and growth [1/s] of straight running with each motion's energy.
 
     Both are NaN if the energy does not suffice. The growth is the largest real part of the
     eigenvalues at that speed, negative if it is stable.
@@ -253,7 +256,7 @@ def fates(
 
 
 class _Course:
-    """Motions in progress."""
+    """Many motions while they are integrated, with the quantities found so far."""
 
     def __init__(self, runs: Runs, starts: Array, which: Array) -> None:
         self.runs, self.which = runs, which
@@ -288,8 +291,9 @@ class _Course:
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
-            # Index of the sample before the next window, counted at the spacing of that window's
-            # samples.
+            # The next window needs the sample before its first one, because a maximum may lie
+            # between them. So keep the sample that is one spacing of the next window before the
+            # end.
             then = EARLY_OVERSAMPLING if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
@@ -301,7 +305,7 @@ class _Course:
         return self.found
 
     def _measure(self, samples: Array, begin: float, spacing: float) -> None:
-        """Update maxima, the first lift, and the last time at which angles are not small."""
+        """Update the largest angles, the first lift, and the last time when angles are large."""
         left, found = self.left, self.found
         seen = np.concatenate([self.before[left], samples], axis=1)
         for name, variable in (("largest_lean", ROLL), ("largest_steer", STEER)):
@@ -319,7 +323,7 @@ class _Course:
         self.states[left] = samples[:, -1]
 
     def _lift(self, seen: Array, begin: float, spacing: float) -> None:
-        """Find the first time at which a normal force vanishes, also between samples."""
+        """Find the first time when a normal force vanishes, including times between samples."""
         found = self.found
         floor = self.runs.forces(seen, self.which[self.left])
         some = np.flatnonzero(np.isnan(found["lift_time"][self.left]))
@@ -343,7 +347,8 @@ class _Course:
             times = begin + spacing * (first + after / _FINER)
             found["lift_time"][motions[is_so]] = times[is_so]
             found["lift_wheel"][motions[is_so]] = wheel[is_so]
-            # If a parabola was a wrong approximation, search the later samples.
+            # If the dense samples show no zero, the parabola was wrong. Then search the later
+            # samples.
             for i, j in zip(some[~is_so], first[~is_so], strict=True):
                 floor[i, : j + 3] = np.inf
             some = some[~is_so]
@@ -370,7 +375,7 @@ class _Course:
         self.left = left[is_open]
 
     def _is_straight(self, samples: Array) -> NDArray[np.bool_]:
-        """True if straight running is stable, and close enough that the motion converges to it.
+        """True for each motion that is close enough to stable straight running to converge to it.
 
         An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
         benchmark's weave: up to a = 0.03 sqrt(-growth) the second term is a hundredth of the first.
@@ -383,7 +388,7 @@ class _Course:
         return found
 
     def _give_up(self, longest: float) -> None:
-        """End the motions whose fate stays open, and note lifted wheels."""
+        """End the motions whose fate is still open, and mark motions that lifted a wheel."""
         found = self.found
         for motion in self.left:
             found["fate_time"][motion] = longest
@@ -406,7 +411,7 @@ class _Course:
 
 
 def repeats(lean: Array) -> slice | None:
-    """Return the samples of whole periods of a weave that repeats itself; None if it does not.
+    """Return a slice of whole periods, if a weave repeats itself; None if it does not.
 
     Parameters
     ----------
@@ -417,7 +422,8 @@ def repeats(lean: Array) -> slice | None:
         return None
     places, peaks = _peaks(lean)
     for every in range(1, _MOST_PEAKS + 1):
-        # Maxima on the left and on the right alternate, so a period has an even number of maxima.
+        # Maxima of the lean to the left and to the right alternate, so a period contains an even
+        # number of them.
         period = every if every % 2 == 0 else 2 * every
         if len(peaks) <= max(2 * every, period):
             break
@@ -428,14 +434,14 @@ def repeats(lean: Array) -> slice | None:
 
 
 def _peaks(lean: Array) -> tuple[Any, Array]:
-    """Return places and magnitudes of the maxima of the lean, to either side."""
+    """Return the places and the magnitudes of the maxima of the lean to either side."""
     value, _ = tops(np.abs(lean)[None])
     places = np.flatnonzero(np.isfinite(value[0]))
     return places + 1, value[0, places]
 
 
 def _first_lift(floor: Array) -> tuple[Array, Array]:
-    """Return where the first normal force passes below zero, and which wheel it is.
+    """Return where a normal force first passes below zero, and the wheel on which it acts.
 
     `floor` has the shape (motions, samples, 2).
     """

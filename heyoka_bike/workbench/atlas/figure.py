@@ -1,4 +1,4 @@
-"""Map of an atlas: where a bicycle converges to steady running, weaves or falls, and how soon."""
+"""Draw an atlas as a map: where a bicycle runs steadily, weaves or falls, and how soon."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ _ARROW: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 1, "sh
 
 @dataclass(frozen=True, slots=True)
 class EnergyCurve:
-    """Starts whose energy is that of straight running at a speed where stability changes.
+    """Initial conditions with the energy of straight running at a critical speed.
 
     Attributes
     ----------
     name
-        Name of that speed.
+        Name of the critical speed.
     limit
-        That speed [m/s].
+        Critical speed [m/s], where the stability changes.
     speed, roll_rate : ndarray
         Initial values [m/s, rad/s].
     """
@@ -72,7 +72,7 @@ def atlas_figure(folder: str | Path) -> Figure:
 
 
 def draw(atlas: Atlas) -> Figure:
-    """Draw the map, with the first axis to the right and the second up; early falls are dark.
+    """Draw the map of an atlas: the first axis to the right, the second up, early falls dark.
 
     A map over speed and roll rate also shows the range in which the linear equations are stable
     (dashed), and the starts with the energy of straight running at its ends. A map of the benchmark
@@ -107,14 +107,15 @@ def draw(atlas: Atlas) -> Figure:
 
 
 def limits(atlas: Atlas) -> list[EnergyCurve]:
-    """Return the starts with the energy of straight running at each end of a stable range."""
+    """Return a curve for each critical speed: the starts that have the energy at that speed."""
     equations = Equations.binary64(atlas.bicycle)
     k = equations.k
     still, rolling, turning = (
         equations.energies([0.0, 0.0, 0.0, rate, 0.0, speed / k.length])
         for rate, speed in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))
     )
-    # In the upright and straight state, the kinetic energy is a sum of squares of the rates.
+    # In the upright and straight state, the kinetic energy is a sum of squares: of the speed, and
+    # of each rate. So the curve is an ellipse.
     ratio = (turning.kinetic - still.kinetic) / (rolling.kinetic - still.kinetic)
     rates = np.linspace(0.0, atlas.axes[1].values[-1], 400)
     found = []
@@ -157,7 +158,7 @@ def _draw_map(figure: Figure, ax: Axes, atlas: Atlas) -> None:
 def _name_region(
     ax: Axes, x: Array, y: Array, is_here: Any, name: str, shift: tuple[float, float] | None
 ) -> None:
-    """Write the name in the middle of a region, or next to it."""
+    """Write the name of a region of the map in its middle, or next to it."""
     if is_here.mean() < _LEAST_PART_NAMED:
         return
     places = np.argwhere(is_here)
@@ -183,7 +184,7 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
 
 
 def _point_at(ax: Axes, text: str, place: tuple[float, float], at: tuple[float, float]) -> None:
-    """Write a text with a line to the place that it names."""
+    """Write a text, and draw a line from it to the place that it names."""
     ax.annotate(text, place, at, ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE)
 
 

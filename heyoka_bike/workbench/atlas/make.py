@@ -20,7 +20,7 @@ from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
 Quantities = Mapping[str, Array]
 
-# [s], duration of the maneuver in which a wheel lift is searched for.
+# Duration of the motion in which a wheel lift is searched for [s].
 _SECONDS_LOOKED_AHEAD = Fraction(10)
 
 
@@ -36,7 +36,7 @@ def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
 
 
 def changes(axis: Array, row: Array) -> tuple[Array, Array]:
-    """Return neighbouring values on an axis of which the first stays and the second falls.
+    """Return pairs of neighbouring values on an axis: one motion stays up, the other falls.
 
     If one of the two is undecided, nothing is known about a change.
     """
@@ -50,7 +50,7 @@ def changes(axis: Array, row: Array) -> tuple[Array, Array]:
 def bisect_boundary(
     design: Design, at: Array, stays: Array, falls: Array, report: Any = None
 ) -> tuple[Array, Array, Array]:
-    """Bisect changes to neighbouring binary64 numbers.
+    """Bisect each change of fate, until its two values are neighbouring binary64 numbers.
 
     A change is left out if the bisection meets an undecided motion.
 
@@ -66,8 +66,8 @@ def bisect_boundary(
     at, stays, falls : ndarray
     """
     at, stays, falls = at.copy(), stays.copy(), falls.copy()
-    # Motions of the grid were computed less accurately, so determine the fates at both ends of the
-    # interval again.
+    # The grid was computed less accurately than the boundary, so determine the fates at both ends
+    # of each interval again.
     ends = [_fates(design, at, x) for x in (stays, falls)]
     is_kept = (ends[0] != FALLS) & (ends[0] != UNDECIDED) & (ends[1] == FALLS)
     while True:
@@ -83,7 +83,7 @@ def bisect_boundary(
 
 
 def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuver, float | None]:
-    """Return bicycle and start of an exact point, and when a wheel first lifts in binary64.
+    """Return the bicycle and maneuver of a point, and when a wheel first lifts (in binary64).
 
     Without a lift the maneuver has the duration of the search.
     """
@@ -113,7 +113,7 @@ def make_atlas(
     design: Design, folder: str | Path, *, force: bool = False,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Atlas:  # fmt: skip
-    """Compute an atlas into a folder, or its missing parts.
+    """Compute an atlas in a folder, or only the missing parts of the atlas.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ def make_atlas(
         heyoka or zarr is not installed.
     """
     store = AtlasStore(Path(folder), design, force=force)
-    # The boundary in the store was computed from the same chunks, so it remains valid.
+    # A boundary in the store remains valid even if chunks are missing: the same chunks will be
+    # computed again.
     has_edge = store.has_edge
     missing = {Job(chunk, (design, which)): which for which in store.missing()}
     total = sum(1 for _ in design.chunks())
@@ -160,7 +161,7 @@ def make_atlas(
 
 
 def _edge_jobs(design: Design, store: AtlasStore) -> Iterator[tuple[Design, Array, Array, Array]]:
-    """Yield arguments of `bisect_boundary` for the changes of all rows, several together."""
+    """Yield arguments of `bisect_boundary`, each for several changes of fate in the grid."""
     first, second = (axis.values for axis in design.axes)
     for begin in range(0, len(first), design.side):
         rows = range(begin, min(begin + design.side, len(first)))

@@ -1,4 +1,4 @@
-"""Many motions side by side: samples, forces of the floor, and derivatives of the rates.
+"""Integrate many motions side by side, and compute floor forces and derivatives of rates.
 
 The equations are in their regular form, which is valid where the mechanical trail passes zero, as
 it does at the basin boundary. Each motion has its own steps, so its result does not depend on the
@@ -56,15 +56,15 @@ LEAST_TURN = 0.1
 long as the distance to a singularity, which a coarse step could jump over."""
 
 _MOST_STEPS = 20_000  # maximum number of steps in a window
-# Positions of the time and the norm in the state of the compiled step, and the divisor of the time.
-# The divisor is a power of two, so the time remains exact. In long runs it keeps the time small
-# compared with the norm.
+# Positions of the time and the norm in the state that the compiled step integrates, and the divisor
+# of the time. The divisor is a power of two, so the time remains exact. It keeps the time smaller
+# than the norm in long runs.
 _CLOCK, _NORM, _TICK = STATE_SIZE, STATE_SIZE + 1, 1024.0
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Order and norm of the Taylor steps; the norm is no less than the speed."""
+    """Order and norm of the Taylor steps (see the module); the norm is at least the speed."""
 
     order: int
     norm: float
@@ -77,7 +77,7 @@ the speed [m/s] over 10 s, in the three maneuvers and 20 other starts."""
 
 @dataclass(frozen=True, slots=True)
 class _Code:
-    """Code compiled by heyoka: steps of a vector, normal forces, derivatives of the rates."""
+    """Functions compiled by heyoka: Taylor steps, normal forces, derivatives of the rates."""
 
     step: TaylorBatch
     forces: Compiled
@@ -112,7 +112,7 @@ class Runs:
         self._code = _code(compiled_in, plan.order, _Template(self._one))
 
     def equations(self, which: Array) -> Equations:
-        """Return the equations of the bicycles of some motions, in arrays."""
+        """Return the equations of the bicycles of some motions; their constants are arrays."""
         if self._is_single:
             return self._one
         numbers = iter(self._numbers[:, which])
@@ -130,7 +130,7 @@ class Runs:
         return self._evaluated(self._code.forces, states, which)
 
     def slopes(self, states: Array, which: Array) -> Array:
-        """Return derivatives of the rates by the state, shape (motions, samples, 6, 6)."""
+        """Return the Jacobian of the rates of the state, shape (motions, samples, 6, 6)."""
         found = self._evaluated(self._code.slopes, states, which)
         return found.reshape(*states.shape[:2], STATE_SIZE, STATE_SIZE)
 
@@ -170,9 +170,9 @@ class Runs:
             while len(left):
                 found = self._propagate(states[left], which[left], at)
                 grid, times = found.samples[:, :STATE_SIZE], found.times
-                # If one motion ends, the step stops all motions, and the others are run again
-                # without it.
-                # A lane may reach its end in the same step in which another motion ends.
+                # If one motion ends early, the integrator stops all motions of the vector. The
+                # interrupted motions are integrated again without it. A motion that has reached the
+                # end of the window in the same step is complete.
                 is_there = times[: len(left)] == at[-1, 0]
                 is_done = is_there & np.isfinite(grid[-1, 0, : len(left)])
                 is_ready = is_done | (~is_there & ~np.array(found.are_interrupted[: len(left)]))
@@ -186,9 +186,9 @@ class Runs:
         return samples, ends, steps
 
     def _propagate(self, states: Array, which: Array, at: Array) -> Lanes:
-        """Integrate one window of a vector of motions."""
+        """Integrate the motions that share a vector over one window."""
         step = self._code.step
-        # Lanes that are not needed compute copies of the first motion.
+        # Unused places of the vector compute copies of the first motion.
         free = self._code.step.lanes - len(states)
         states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
         which = np.concatenate([which, np.repeat(which[:1], free)])
@@ -207,14 +207,14 @@ class Runs:
 
 @dataclass(frozen=True, slots=True)
 class _Template:
-    """Equations with placeholders for the constants of any bicycle."""
+    """Equations whose constants `_code` replaces; all templates are equal as keys of its cache."""
 
     equations: Equations = field(compare=False)
 
 
 @lru_cache(4)
 def _code(constants: tuple[float | None, ...], order: int, template: _Template) -> _Code:
-    """Compile code for given constants; None marks a constant that is read at run time."""
+    """Compile the equations with given constants; None marks a constant read at run time."""
     symbols = iter([parameter(i) if x is None else constant(x) for i, x in enumerate(constants)])
     equations = template.equations.convert(lambda _: next(symbols), Expressions())
     state = variables(equations.states)[:STATE_SIZE]

@@ -29,7 +29,7 @@ _AGAIN = "repeat the command that made the atlas"
 
 
 class AtlasStore:
-    """A store that is being filled.
+    """The Zarr store of an atlas, which is filled chunk by chunk.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class AtlasStore:
         return [which for which in self.design.chunks() if not _chunk(group, which, slices(which))]
 
     def put(self, chunk: Chunk, values: Mapping[str, Array]) -> None:
-        """Write a chunk, and its checksum once everything else is on disk."""
+        """Write a chunk, and its checksum last, so that an unfinished chunk is recognised."""
         part = self.design.slices(chunk)
         for name in VARIABLES:
             self._group[name][part] = values[name]
@@ -72,7 +72,7 @@ class AtlasStore:
         return _checksum_matches(self._group, "edge")
 
     def row(self, i: int) -> Array:
-        """Return the fates of row i, along the second axis."""
+        """Return the fates at point i of the first axis, along the second axis."""
         found: Array = self._group["fate"][i]
         return found
 
@@ -113,7 +113,7 @@ class AtlasStore:
 
 
 def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
-    """Create an empty store."""
+    """Create a Zarr store for an atlas, in which all chunks are missing."""
     zarr = _zarr()
     bicycle = {
         "name": design.bicycle.name,
@@ -164,7 +164,8 @@ def _array(
 ) -> Any:  # fmt: skip
     return group.create_array(
         name, shape=shape, chunks=chunks or shape, dtype=dtype,
-        # xarray would read an integer fill value as missing, and turn integers into floats.
+        # Arrays of integers have no fill value, because xarray would read it as missing, and turn
+        # the integers into floats.
         fill_value=float("nan") if dtype == "float64" else None,
         attributes={"_ARRAY_DIMENSIONS": list(dimensions), **attributes},
     )  # fmt: skip
@@ -215,7 +216,7 @@ def load_atlas(folder: str | Path) -> Atlas:
 
 
 def _undamaged(group: Any, shape: tuple[int, int], side: int) -> dict[str, Array]:
-    """Return the variables, with missing values in missing chunks.
+    """Return the arrays of all variables; points of missing chunks have missing values.
 
     Raises
     ------
@@ -261,7 +262,7 @@ def _signature(group: Any, what: str) -> str | None:
 
 
 def _read(group: Any, names: Iterable[str], part: Any = ...) -> dict[str, Array] | None:
-    """Read arrays; return None if that fails, for which each codec has its own exception."""
+    """Read arrays; return None if that fails (each codec raises exceptions of its own)."""
     try:
         return {name: group[name][part] for name in names}
     except Exception:

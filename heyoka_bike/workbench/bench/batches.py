@@ -1,4 +1,4 @@
-"""Speed of the fast simulation in other uses: batches, long runs, the first call; and its limit.
+"""Measure the fast simulation in batches, in long runs, at the first call, and its limit.
 
 The `floor` is the time that a processor needs for only the products of Taylor steps. A step of
 order n has (n + 1) (n + 2) / 2 products of numbers for each product of two variables of the
@@ -32,7 +32,7 @@ _COUNTED_OPERATIONS = ("*", "/", "sin", "cos")
 
 
 def floor(bicycle: Bicycle) -> Measured:
-    """Measure the least work of Taylor steps of a bicycle's equations on one processor.
+    """Count the products of a Taylor step, and measure how many a processor makes per second.
 
     The result has the peak rate (binary64 products with a sum, per second). For each step it has
     the number of products of two variables of the decomposition (including quotients, sines and
@@ -50,8 +50,8 @@ def _peak() -> float:
     with Loop(c) as loop:
         loop.leave(loops[0] >= _LOOPS)
         values = memory.vectors().load(_CHAINS)
-        # A product waits only for the previous product of its own chain, and most turns do not
-        # access memory.
+        # Each product waits only for the previous product of its own chain, and `_TURNS` products
+        # follow without access to memory. So the products alone determine the time.
         for _ in range(_TURNS):
             values = fused(values, 0.5, values)
         memory.vectors().store(values)
@@ -92,7 +92,9 @@ print(imported - begin, time.perf_counter() - imported)
 
 
 def throughput() -> list[Measured]:
-    """Measure motions of 10 s up to their ends, with one thread and with two, in turns.
+    """Measure how many motions of 10 s an `Ensemble` computes per second, by threads.
+
+    Runs with one thread and with two take turns; only the ends of the motions are computed.
 
     The result has the motions per second for each accuracy and number of threads, from the shortest
     time.
@@ -117,7 +119,7 @@ def long_runs(
     bicycle: Bicycle, maneuver: Maneuver, durations: Sequence[int] = DURATIONS,
     accuracies: Sequence[float | str] = LONG, *, most_turns: int = 30,
 ) -> list[Measured]:  # fmt: skip
-    """Measure a maneuver for each duration [s], with as many rows, at each accuracy.
+    """Measure a maneuver at each duration [s] and each accuracy, always with 1001 rows.
 
     In each result ``time`` is the shortest of the runs [s] and ``performance`` is eq. (1) [%].
     ``error`` is that of the last state, in the variables of the few-product form, compared with a
@@ -154,7 +156,7 @@ def first_result() -> Measured:
 
 
 def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:
-    """Time the runs in turns, each after a run that is not counted."""
+    """Time each run once per turn, after an untimed run of the same function."""
     times: list[list[float]] = [[] for _ in runs]
     for _ in range(turns):
         for run, found in zip(runs, times, strict=True):

@@ -29,12 +29,13 @@ from heyoka_bike.workbench.fast.ensemble import FIFTH, STAGES, STEP, THIRD
 _STATE_LENGTH = 6
 _QUADRUPLE_DIGITS = 50  # more than the 34 digits of binary128
 _TRIGONOMETRIC = ("sin", "cos")
-# Number of rows in a block; a block and its sines fit in the first-level cache.
+# Number of rows in a block. The states of a block and their sines fit in the processor's
+# first-level cache.
 _ROWS_OF_BLOCK = 128
 
 
 def slope_source(bicycle: Bicycle) -> str:
-    """Return the C function ``slope(y, f)``: time derivatives f of the state y, six numbers.
+    """Return the C function ``slope(y, f)``: six time derivatives f of the state y.
 
     The form is `model.few_products`, which heyoka integrates too.
     """
@@ -42,7 +43,7 @@ def slope_source(bicycle: Bicycle) -> str:
 
 
 def quadruple_source(bicycle: Bicycle) -> str:
-    """Return the C source in binary128, type ``real``; constants are rounded from 50 digits."""
+    """Return the C function ``slope`` in binary128; its constants are rounded from 50 digits."""
     constants = list[str]()
     exact = Multiprecision(_QUADRUPLE_DIGITS)
 
@@ -71,7 +72,7 @@ def _slope(kind: str, rates: Callable[..., Sequence[Number]]) -> str:
 
 
 def columns_source(bicycle: Bicycle) -> str:
-    """Return the C function ``columns(n, y, out)``: the benchmark's columns of n rows, SI units.
+    """Return the C function ``columns(n, y, out)``: the benchmark's columns (SI) of n rows.
 
     Both arrays contain one variable after the other, n numbers each. Sines and cosines are computed
     first, in blocks of rows, so that a compiler can vectorise over rows.
@@ -87,7 +88,8 @@ def columns_source(bicycle: Bicycle) -> str:
         {n: t for n, t in used.items() if n not in first}, [x.text for x in results.values()]
     )
     loads = [f"const double {name} = y[{i} * n + r];" for i, name in enumerate(names)]
-    # The arrays do not overlap, but there are too many of them for a compiler to check at run time.
+    # `ivdep` states that the arrays do not overlap. There are too many of them for a compiler to
+    # check this at run time, so without it the loop would not be vectorised.
     loop = '_Pragma("GCC ivdep") for (long b = 0, r = start; r < stop; b++, r++) {'
     return "\n".join(
         [
@@ -123,7 +125,7 @@ def columns_source(bicycle: Bicycle) -> str:
 
 
 def sums_source() -> str:
-    """Return macros of DOP853: the weighted sums of slopes that `ensemble` also uses."""
+    """Return the weighted sums of slopes of DOP853 as C macros; `ensemble` has the same weights."""
     rows = {f"STAGE_{n}": row for n, row in enumerate(STAGES, start=1)}
     rows |= {"STEP": STEP, "THIRD": THIRD, "FIFTH": FIFTH}
     sums = {
@@ -134,13 +136,13 @@ def sums_source() -> str:
 
 
 def operations(bicycle: Bicycle) -> dict[str, int]:
-    """Count each operation in the time derivatives; ``scale`` is a product with a literal."""
+    """Count the operations in the time derivatives by kind; ``scale`` multiplies by a constant."""
     code = StraightLine()
     _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE_LENGTH)])
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
-        # The recorded products have a literal only as the first factor.
+        # `StraightLine` writes a constant factor first, so only the first factor can be a literal.
         kind = "scale" if kind == "*" and text[0].isdigit() else kind
         count[kind] = count.get(kind, 0) + 1
     return count
@@ -164,11 +166,11 @@ _MOST_SECONDS = 120  # [s], time limit for compiling, which takes about 1 s
 
 
 class NoCompilerError(Exception):
-    """There is no C compiler, or compiling fails; the text describes the problem in a few words."""
+    """There is no C compiler, or compiling fails; the message says which in a few words."""
 
 
 class CompiledPeers:
-    """The integrators, compiled for a bicycle.
+    """The Runge-Kutta integrators in C, compiled for a bicycle.
 
     Raises
     ------
@@ -186,7 +188,7 @@ class CompiledPeers:
     def solve(
         self, method: str, start: Array, times: Array, tolerance: float
     ) -> tuple[Array, Array, int]:
-        """Return states and columns at ascending times, and the calls of the right-hand side.
+        """Return states and columns at ascending times, and the number of right-hand side calls.
 
         Parameters
         ----------
@@ -218,7 +220,7 @@ class CompiledPeers:
 
 
 class QuadruplePeer:
-    """Extrapolation in binary128 with libquadmath, compiled for a bicycle.
+    """The extrapolation method in C with libquadmath (binary128), compiled for a bicycle.
 
     Raises
     ------
@@ -234,7 +236,7 @@ class QuadruplePeer:
     def end(
         self, columns: int, start: Sequence[str], duration: str, tolerance: float
     ) -> tuple[list[str], int]:
-        """Return the state at the end, as decimals, and the calls of the right-hand side.
+        """Return the final state as decimals, and the number of right-hand side calls.
 
         Parameters
         ----------
@@ -258,7 +260,7 @@ def _built(source: str, equations: str, *libraries: str) -> ctypes.CDLL:
     compiler = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         raise NoCompilerError("no C compiler")
-    # Windows cannot remove a library that is loaded.
+    # Windows cannot remove a library that is loaded, so ignore errors when the folder is removed.
     with TemporaryDirectory(prefix="heyoka_bike-", ignore_cleanup_errors=True) as folder:
         Path(folder, "equations.h").write_text(equations, encoding="utf-8")
         library = Path(folder) / "peers.so"

@@ -1,4 +1,4 @@
-"""Beyond binary64: heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
+"""Time codes beyond binary64: heyoka, mpmath's `odefun`, Taylor series of balls, and C.
 
 All integrate the same equations from the same initial state, without rows. A run that would take
 minutes is measured over the first part of the maneuver. Its time is then scaled to the whole
@@ -31,12 +31,11 @@ DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 12
 
 _TOLERANCE_BITS = 5  # number of bits of the tolerance beyond the precision, as in `integrate`
 _GUARD_BITS_OF_CONSTANTS = 64  # number of bits of the constants beyond those of the run
-# Parameters of the extrapolation in C. Of 8 to 16 columns, 8 are the fastest for an error of 1e-30.
-# With more columns, their weights lose digits.
+# Number of columns and tolerance of the extrapolation method in C. Of 8 to 16 columns, 8 are the
+# fastest for an error of 1e-30, and the weights of more columns lose digits.
 _COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
 _QUADRUPLE = "binary128"  # name of the number format of libquadmath
-# Number of bits by which a Taylor step in ball arithmetic keeps its truncation error below the
-# precision.
+# A Taylor step in ball arithmetic keeps its truncation error this many bits below the precision.
 _SAFETY_BITS = 8
 _LONG_STEP = 60.0  # [s]; if the first step takes longer than this, it is the step that is timed
 
@@ -113,20 +112,20 @@ def _mpmath(published: Trajectory, p: Precision, span: Fraction) -> Measured:
 
 
 def _balls(published: Trajectory, p: Precision) -> Measured:
-    """Time one step: one evaluation of the equations per order, up to heyoka's order."""
+    """Time one Taylor step in ball arithmetic, which evaluates the equations once per order."""
     balls, order, longest = AtPoints(p.bits), order_of(p.bits), flint.ctx.cap
     equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        # flint stores the maximum length of all series in a global variable.
+        # This global variable of flint limits the length of all series. Only n terms are needed.
         flint.ctx.cap = n
         with balls.precision():
             rates = equations.rates([flint.arb_series(c, n) for c in y])
             for c, rate in zip(y, rates, strict=True):
                 c.append(rate[n - 1] / n)
     flint.ctx.cap = longest
-    # The last term limits the length of the step.
+    # Choose the step so that the last term of the series is below the precision.
     last = max(abs(float(c[-1].mid())) for c in y)
     h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
     with balls.precision():
@@ -152,7 +151,7 @@ def _extrapolated(published: Trajectory, p: Precision, runs: int) -> Measured:
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
-    """Return the initial state in the few-product form, without the yaw."""
+    """Return the initial state (without yaw) in the variables of `few_products`."""
     equations = Equations.of(
         published.bicycle, Balls(p.bits + _GUARD_BITS_OF_CONSTANTS), is_regular=False
     )
@@ -173,7 +172,7 @@ def _result(
 
 
 def _part(published: Trajectory, span: Fraction) -> float:
-    """Return the fraction of a run's steps between time 0 and `span`."""
+    """Return the fraction of the steps of the published run that lie before the time `span`."""
     i = published.piece_at(span)
     begin, end = published.breaks[i], published.breaks[i + 1]
     whole = published.piece_at(published.maneuver.duration) + 1

@@ -1,4 +1,4 @@
-"""The problem given to the codes of a comparison, and the measures of their results.
+"""The problem that the compared codes solve, and the measures of their results.
 
 Accuracy is measured outside of the timing, from the states at the rows, in ball arithmetic. The
 state error is the largest abs(value - reference) over the rows of roll and steer angle [rad], their
@@ -63,7 +63,7 @@ class ReferenceProblem:
     reference: ReferenceManeuver
 
     def start(self, number: Callable[[str], Any]) -> Array:
-        """Return the initial state without the yaw, in the number type that `number` makes."""
+        """Return the initial state (without yaw); `number` makes its numbers from decimals."""
         state = initial_state(self._equations, self.maneuver)[:6]
         with self._equations.precision():
             return np.array([number(x.str(60, radius=False)) for x in state])
@@ -75,12 +75,12 @@ class ReferenceProblem:
 
     @cached_property
     def expected(self) -> Values:
-        """Reference at `times`, which differ from those of its rows by their rounding."""
+        """The reference at the rounded `times`; its own rows are at the exact times."""
         return self.reference.evaluate(self.times, _STATE_COLUMNS)
 
     @cached_property
     def slope(self) -> tuple[Callable[[float, Array], Array], float]:
-        """Return the right-hand side, a function of time and state, and its building time [s]."""
+        """The right-hand side, as a function of time and state, and its building time [s]."""
         begin = time.perf_counter()
         equations = right_hand_side(self.bicycle, Precision.of("binary64"), with_yaw=False)
         compiled = Compiled([rate for _, rate in equations], [x for x, _ in equations])
@@ -91,7 +91,7 @@ class ReferenceProblem:
         return slope, time.perf_counter() - begin
 
     def columns(self, number: Callable[[str], Any] = float) -> Callable[[Array], Any]:
-        """Return a compiled function from states, shape (rows, 6), to columns, shape (8, rows)."""
+        """Return a function from states, shape (rows, 6), to columns, shape (8, rows)."""
         with self._equations.precision():
             equations = self._equations.convert(
                 lambda x: constant(number(x.str(60, radius=False))), Expressions()
@@ -103,7 +103,7 @@ class ReferenceProblem:
         return lambda states: compiled(states.T)
 
     def measure(self, rows: Array, expected: Values) -> tuple[float, float]:
-        """Return eq. (1) [%] and state error of states; infinite for a run that did not finish."""
+        """Return eq. (1) [%] and the state error of a run; infinite if rows are missing."""
         if len(rows) < self.maneuver.rows:
             return math.inf, math.inf
         equations = self._equations
@@ -125,7 +125,7 @@ class ReferenceProblem:
         return (performance, error) if math.isfinite(performance + error) else (math.inf, math.inf)
 
     def measure_columns(self, found: Array, definitions: Mapping[str, str]) -> tuple[float, float]:
-        """Return eq. (1) [%] and error of columns, shape (8, rows), in the given definitions."""
+        """Return eq. (1) [%] and the state error of columns, which follow `definitions`."""
         if found.shape[1] < self.maneuver.rows or not np.isfinite(found).all():
             return math.inf, math.inf
         energy = found[BENCHMARK_COLUMNS.index("mechanical_energy")]
@@ -141,19 +141,19 @@ class ReferenceProblem:
 
 
 def seconds(run: Callable[[], object]) -> float:
-    """Return the time of a run [s]."""
+    """Run a function and return the time that this takes [s]."""
     begin = time.perf_counter()
     run()
     return time.perf_counter() - begin
 
 
 class Unavailable(Exception):  # noqa: N818
-    """A code cannot run here; the text gives the reason in a few words."""
+    """A code cannot run here; the message gives the reason in a few words."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A code at a tolerance, compiled and measured.
+    """A code that is built for a tolerance, and the measures of its accuracy and work.
 
     Attributes
     ----------

@@ -62,13 +62,13 @@ _MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # the smallest rtol that SciP
 
 
 def tolerance_of(index: int) -> float:
-    """Return a tolerance of the grid."""
+    """Return the tolerance with this index in the grid of tolerances."""
     return float(10 ** (-index / PER_DECADE))
 
 
 @dataclass(eq=False)
 class TimedCode:
-    """A code for one or several maneuvers, one after the other at the same tolerance.
+    """A code to be timed on one maneuver, or on several at the same tolerance.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class TimedCode:
     counts: str = "rhs_calls"
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure the code; without a tolerance each maneuver has its own.
+        """Build and measure the code; None means the most accurate tolerance of each maneuver.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class TimedCode:
         )
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        """Build and measure on one maneuver; None means the tolerance of the smallest error."""
+        """Build and measure the code on one maneuver; None means the most accurate tolerance."""
         if tolerance is None:
             indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
             tried = [self._trial(problem, tolerance_of(i)) for i in indices]
@@ -124,7 +124,7 @@ class TimedCode:
         return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
-        """Return a run, the tolerance in the code's own sense, and the building time [s]."""
+        """Return a function that runs the code, the code's tolerance, and the building time [s]."""
         raise NotImplementedError
 
 
@@ -162,8 +162,8 @@ class Heyoka(TimedCode):
             is_compact=self.is_compact,
             tolerance=None if tolerance is None else number(tolerance),
         )
-        # The compiled code depends only on the order, and later runs reuse it. So the time of the
-        # first build counts.
+        # heyoka compiles once for each order; integrators that are made later reuse the code. So
+        # the building time is that of the first integrator of this order.
         build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
 
         columns = problem.columns(number)
@@ -182,13 +182,13 @@ class Heyoka(TimedCode):
 
 @dataclass(eq=False)
 class Tuned(TimedCode):
-    """The fast simulation of this package, by step tolerance; all maneuvers run at once."""
+    """The fast simulation of this package, at a tolerance per step; all maneuvers run at once."""
 
     counts: str = "steps"
     _build: float = field(default=0.0, init=False, repr=False)
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance; None means that of `simulate` for roundoff."""
+        """Build and measure the code; None means the tolerance of `simulate` for roundoff."""
         if tolerance is None:
             tolerance = ACCURACIES["roundoff"]
         problems = self.problems
@@ -196,7 +196,7 @@ class Tuned(TimedCode):
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # All tolerances use the same compiled code, so the time of the first build counts.
+        # All tolerances use the same compiled code, so the building time is that of the first one.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
@@ -206,7 +206,7 @@ class Tuned(TimedCode):
 
 
 class SciPy(TimedCode):
-    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+    """A method of ``scipy.integrate.solve_ivp`` with rtol = atol, but rtol at least 2.2e-14."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         solve_ivp = _import("scipy.integrate").solve_ivp
@@ -224,7 +224,7 @@ class SciPy(TimedCode):
 
 
 class Compiled(TimedCode):
-    """A Runge-Kutta method, right-hand side and columns in C, see `compiled`."""
+    """A Runge-Kutta method with right-hand side and columns in C, see `compiled`."""
 
     @cached_property
     def _peers(self) -> tuple[CompiledPeers, float]:
@@ -239,8 +239,8 @@ class Compiled(TimedCode):
         peers, build = self._peers
         start, times = problem.start(float), problem.times
         method = self.name.split()[-1]
-        # For RK4, `tolerance` stands for the fourth power of the step, because the error is
-        # proportional to this power.
+        # RK4 has a fixed step. Its error is proportional to the fourth power of the step, so use
+        # the fourth root of the tolerance as the step.
         chosen = tolerance**0.25 if method == "RK4" else tolerance
 
         def run() -> tuple[Array, int, Array]:
@@ -251,7 +251,7 @@ class Compiled(TimedCode):
 
 
 class Sundials(TimedCode):
-    """CVODE of SUNDIALS with its Adams methods, through scikit-sundae, at rtol = atol."""
+    """CVODE of SUNDIALS with its Adams methods and rtol = atol, through scikit-sundae."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         cvode = _import("sksundae.cvode").CVODE
@@ -272,11 +272,14 @@ class Sundials(TimedCode):
 
 @dataclass(eq=False)
 class Exudyn(TimedCode):
-    """The four-body model in Exudyn of ``data/peers``, with a fixed step and its definitions."""
+    """The four-body model in Exudyn (``data/peers``), which has a fixed step.
+
+    Some of its columns have other definitions, see `_EXUDYN`.
+    """
 
     counts: str = "steps"
-    # Number of steps per row. At least one step is needed. The method is of second order, so small
-    # errors would take too long.
+    # Numbers of steps per row to try, coarsest first. The method is of second order, so reaching
+    # smaller errors would take too long.
     steps_per_row: tuple[int, ...] = (1, 2, 4, 8)
 
     @cached_property
@@ -287,13 +290,13 @@ class Exudyn(TimedCode):
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        # When a dataclass is defined, it looks up its module in sys.modules.
+        # The module defines dataclasses, and a dataclass looks up its module in sys.modules.
         sys.modules[spec.name] = module
         spec.loader.exec_module(module)
         return module
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        """Measure at the largest step that keeps eq. (1), for any tolerance.
+        """Measure with the largest step that meets the limit of eq. (1); ignore the tolerance.
 
         Raises
         ------
@@ -337,7 +340,7 @@ def _import(module: str) -> ModuleType:
 
 
 def codes(problems: Sequence[ReferenceProblem]) -> list[TimedCode]:
-    """Return every code, installed or not, for one or several maneuvers."""
+    """Return all codes that are compared, including those that are not installed."""
     return [
         Tuned("heyoka_bike simulate", problems),
         Heyoka("heyoka", problems),
@@ -369,14 +372,14 @@ _SECONDS, _MIN_RUNS = 3.0, 3
 _WARM = 0.003  # duration of the untimed warm-up runs [s]; a longer run warms up by itself
 _COLD_RUNS = 5
 _BYTES_PAST_CACHES = 64 * 2**20  # [bytes], more than the processor's caches can store
-# Tolerances of the work-precision figure, as indices into the list of tolerances: two per decade.
+# Tolerances of the work-precision figure, two per decade, as indices of the grid.
 _TOLERANCES_SWEPT = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
 @dataclass(eq=False)
 class Timing:
-    """A code in a class, with its computing times.
+    """A code in a class of `CLASSES`, and its computing times.
 
     Attributes
     ----------
@@ -407,7 +410,7 @@ def bench(
     is_quick: bool = False,
     progress: OnPart | None = None,
 ) -> list[Timing]:
-    """Time every code in every class, the codes of a class in turns.
+    """Time every code in every class of accuracy; the codes of a class take turns.
 
     Parameters
     ----------
@@ -438,8 +441,8 @@ def bench(
                 if is_quick and line.code.name == "heyoka unrolled":
                     line.status = "left out"
                     continue
-                # The other forms of heyoka's code have the same truncation error, so their trials
-                # begin with the tolerance found for the first form.
+                # Unrolled code and binary128 have the same truncation error as compact code in
+                # binary64. So their trials begin with the tolerance found for the latter.
                 is_form = isinstance(line.code, Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
                 if isinstance(line.code, Heyoka) and line.trial is not None and not passed:
@@ -487,7 +490,7 @@ def work_precision(problem: ReferenceProblem, progress: OnPart | None = None) ->
 
 
 def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | None) -> None:
-    """Choose the tolerance of a code in its class, no looser than that of index `first`."""
+    """Choose the tolerance of a code in its class; try none that is looser than index `first`."""
 
     def excess_of(trial: Trial) -> float:
         """Return the logarithm of the ratio of the error to its limit."""
@@ -502,7 +505,8 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
     try:
         if isinstance(line.code, Exudyn):
-            # In the class "performance", Exudyn chooses its steps itself.
+            # `Exudyn` ignores the tolerance: it uses the largest step that meets the limit of eq.
+            # (1). So it takes part only in the class "performance".
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
                 line.trial = None
@@ -519,7 +523,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
 
 def _loosest(excess: Callable[[int], float]) -> int | None:
-    """Return the loosest tolerance that passes, as an index; None if there is none."""
+    """Return the index of the loosest tolerance that meets the limit; None if none does."""
     # The error is about proportional to the tolerance, so one trial gives an estimate of the
     # tolerance needed.
     i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
@@ -535,7 +539,7 @@ def _first(excess: Callable[[int], float], start: int) -> int | None:
 
 
 def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None]) -> None:
-    """Time the codes in turns, after one uncounted run of each."""
+    """Time the codes in turns on one processor: first warm, then cold."""
     trials = [line.trial for line in lines if line.trial is not None]
     with _pinned():
         counts = [min(runs, max(_MIN_RUNS, int(_SECONDS / seconds(trial.run)))) for trial in trials]
@@ -558,7 +562,7 @@ def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None])
 
 
 def _warm_time(trial: Trial) -> float:
-    """Return the time of a run after others of the same code."""
+    """Return the time of a run that directly follows other runs of the same code."""
     took = spent = seconds(trial.run)
     while spent < _WARM:
         took = seconds(trial.run)
@@ -568,7 +572,7 @@ def _warm_time(trial: Trial) -> float:
 
 @contextmanager
 def _pinned() -> Iterator[None]:
-    """Run on one processor, where the system lets a process choose."""
+    """Keep the process on one processor in this context, if the system supports this."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -582,8 +586,9 @@ def _pinned() -> Iterator[None]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Switch off heyoka's caches, so that building is always timed as new, and warnings."""
+    """Switch off warnings, and the caches of heyoka, which would make later builds faster."""
     with caches_off(), warnings.catch_warnings(), np.errstate(all="ignore"):
-        # Far from their limits, the other codes overflow or warn that they cannot continue.
+        # At very loose and very tight tolerances, some codes overflow or warn that they cannot
+        # continue.
         warnings.simplefilter("ignore")
         yield

@@ -1,4 +1,4 @@
-"""The report of a comparison: measurements as JSON values, as text, and as a figure."""
+"""Report the comparison of codes as JSON values, as text, and as a figure."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def measure(
     main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: OnPart, *,
     is_quick: bool, with_points: bool, with_costs: bool, folder: str | None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Time every code and return JSON values.
+    """Time every code, and return the measurements as JSON values.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def _published(folder: str | None) -> Trajectory:
 
 
 def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:
-    """Return a line of the report; None marks unknown values."""
+    """Return the measurements of a code in a class as JSON values; None marks unknown ones."""
     result: dict[str, Any] = {
         "maneuver": maneuver,
         "class": line.accuracy_class,
@@ -127,7 +127,7 @@ def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, A
 
 
 def as_text(document: Mapping[str, Any], has_colors: bool = False) -> str:
-    """Return the report as text."""
+    """Return the report of a comparison as text."""
     return render(list(_blocks(document)), _TABLE_WIDTH, has_colors)
 
 
@@ -180,7 +180,7 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> TableBlock:
 
 
 def _besides(document: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the other measurements, if there are any."""
+    """Yield sentences about the measurements beyond the timings, if the report contains any."""
     yield from (
         f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
         f"{x['motions_per_second']:.0f} motions of 10 s per second"

@@ -1,4 +1,4 @@
-"""Weave and capsize speed of every bicycle in a box of parameters, proved.
+"""Prove bounds on the weave and capsize speeds of all bicycles in a box of parameters.
 
 Measured parameters have uncertainties. Here each parameter may lie anywhere within a number of
 standard deviations of its value, independently of the others, and every statement holds for all
@@ -48,11 +48,11 @@ _BITS_PER_DIGIT = Fraction(7, 2)
 # Upper limit of v^2 in the search for capsize speeds [m^2/s^2]. It is above any capsize speed of
 # interest.
 _HIGH = 10**6
-# Maximum number of steps. Each step goes to the corner of the box that the previous step indicates.
-# Two or three steps reach the extreme.
+# Maximum number of steps in the search for an extreme critical speed. Each step goes to the corner
+# of the box where the previous result suggests the extreme. Two or three steps suffice.
 _MAX_STEPS = 10
-# Exponents of two. If the margin for roundoff does not suffice for the proof, v^2 moves outward by
-# these relative margins, one after another.
+# Relative margins by which v^2 moves outward until the proof succeeds, as exponents of two. A
+# margin for roundoff is tried before them.
 _MARGINS = (-20, -16, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1)
 
 Interval = tuple[Fraction, Fraction | None]
@@ -110,7 +110,7 @@ class BoxStability:
     some: Interval | None
 
     def as_json(self) -> dict[str, object]:
-        """Return every number as a decimal string, rounded to the safe side."""
+        """Return all statements as JSON values; numbers are decimals, rounded to the safe side."""
         return {
             "standard_deviations": str(self.sigmas),
             "parameters": self.parameters,
@@ -189,12 +189,12 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
 
 @dataclass(frozen=True, slots=True)
 class _Condition:
-    """Proved statements about a polynomial that has to be positive.
+    """Proved statements about where a polynomial of the speed is positive.
 
     Attributes
     ----------
     speeds
-        Where the polynomial changes sign, as in `BoxStability`.
+        Speeds at which the polynomial changes its sign, as in `BoxStability`.
     sure, possible
         Speeds at which it is positive for every bicycle, and speeds outside of which for none.
     """
@@ -210,7 +210,10 @@ _NOT_PROVED = _Condition(None, None, _WHOLE_RANGE)
 
 
 class _Polynomials(NamedTuple):
-    """Coefficients of the characteristic polynomial; polynomials in x = v^2, lowest power first."""
+    """Coefficients of the characteristic polynomial, as polynomials in x = v^2.
+
+    The lowest power of x is first.
+    """
 
     a: Number
     b: Number
@@ -230,12 +233,12 @@ class _Polynomials(NamedTuple):
 
     @property
     def capsize(self) -> Number:
-        """Value of x where e vanishes."""
+        """The value of x = v^2 where e vanishes."""
         return -self.e[0] / self.e[1]
 
     @property
     def weave(self) -> Number:
-        """Largest zero of Hurwitz' determinant, if it is positive beyond."""
+        """The largest zero x = v^2 of Hurwitz' determinant, if that is positive for larger x."""
         a, b, c, d, e = self
         p0 = b * c[0] * d[0] - a * d[0] * d[0] - b * b * e[0]
         p1 = b * (c[0] * d[1] + c[1] * d[0]) - 2 * a * d[0] * d[1] - b * b * e[1]
@@ -271,27 +274,27 @@ class _Box:
         return cls(sides, centre, deviations, balls)
 
     def function(self, select: Select) -> Function:
-        """Return a function of the parameters that selects one of the polynomials."""
+        """Return a function of the parameters: the value that `select` makes of `_Polynomials`."""
         return lambda x: select(self.polynomials(x))
 
     def polynomials(self, x: Sequence[Number]) -> _Polynomials:
-        """Return the polynomials at a point, or enclosures of them over a box."""
+        """Return the polynomials of one bicycle, or enclosures of those of a box of bicycles."""
         p = dict(zip(PARAMETERS, x, strict=True))
         g = p["g"]
         a, b, c, d, e = characteristic(*closed_form(p, Duals(Affines(self.balls))))
         return _Polynomials(a, b, (g * c[0], c[1]), (g * d[0], d[1]), (g * g * e[0], g * e[1]))
 
     def sign(self, select: Select) -> int | None:
-        """Return the sign of a polynomial for every bicycle; None if it is not proved."""
+        """Return the sign of a value that is proved for all bicycles of the box, or None."""
         return sign_over(self.function(select), self.sides, self.balls)
 
     def damping(self) -> _Condition:
-        """The condition that b is positive."""
+        """Return the speeds at which the coefficient b is proved to be positive."""
         sign = self.sign(lambda p: p.b)
         return {1: _IS_POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
 
     def capsize(self) -> _Condition:
-        """The condition that e is positive."""
+        """Return the speeds at which the coefficient e is proved to be positive."""
         first, last = self.sign(lambda p: p.e[0]), self.sign(lambda p: p.e[1])
         if first == 1 and last is None:
             return self._lowest_capsize()
@@ -312,7 +315,7 @@ class _Box:
         return _Condition((speed,), (speed.high, None), (speed.low, None))
 
     def _lowest_capsize(self) -> _Condition:
-        """The condition that e is positive, if some bicycles may have no capsize speed."""
+        """Return the same as `capsize`, if some bicycles may have no capsize speed."""
         least = self._extreme(
             lambda p: p.capsize, lambda p, x: -p.e_at(x), -1, start=flint.arb(_HIGH)
         )
@@ -322,7 +325,7 @@ class _Box:
         return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _WHOLE_RANGE)
 
     def weave(self) -> _Condition:
-        """The condition that d and Hurwitz' determinant are positive."""
+        """Return the speeds at which d and Hurwitz' determinant are proved to be positive."""
         d = self.sign(lambda p: p.d[0]), self.sign(lambda p: p.d[1])
         if d == (-1, -1):
             return _NEGATIVE
@@ -352,7 +355,7 @@ class _Box:
         is_below: Callable[[flint.arb], bool],
         rising: Rising,
     ) -> CriticalSpeed | None:
-        """Return the range of a critical speed, from its square v^2 for one bicycle.
+        """Return the range of a critical speed over the box; `square` is its v^2 for one bicycle.
 
         `is_above` and `is_below` prove that a v^2 is above or below the critical one of all
         bicycles. `rising` is negative below the critical v^2 of a bicycle and positive above it.
@@ -377,7 +380,7 @@ class _Box:
         )  # fmt: skip
 
     def _extreme(self, square: Select, rising: Rising, sign: int, *, start: flint.arb) -> flint.arb:
-        """Return the largest or smallest critical v^2 found by going from corner to corner."""
+        """Return the largest (or smallest) critical v^2 found, going from corner to corner."""
         x = start
         for _ in range(_MAX_STEPS):
             found = square(self.polynomials(self._farthest(x, rising, sign)))
@@ -387,13 +390,13 @@ class _Box:
         return x
 
     def _farthest(self, x: flint.arb, rising: Rising, sign: int) -> tuple[flint.arb, ...]:
-        """Return the corner whose critical v^2 is farthest beyond x."""
+        """Return the corner of the box whose critical v^2 is probably farthest beyond x."""
         return corner(self.function(lambda p: -sign * rising(p, x)), self.sides, self.balls)
 
     def _outward(
         self, x: flint.arb, sign: int, is_beyond: Callable[[flint.arb], bool]
     ) -> flint.arb | None:
-        """Return a v^2 slightly farther out, proved to be beyond that of all bicycles."""
+        """Return a v^2 slightly beyond x, proved to be beyond the critical one of all bicycles."""
         roundoff = _BITS_OF_RANGES // 2 - self.balls.bits
         for exponent in (roundoff, *_MARGINS):
             moved = (x * (1 + sign * flint.arb(2) ** exponent)).mid()
@@ -403,7 +406,7 @@ class _Box:
 
 
 def _moved(bicycle: Bicycle, symbol: str, sigmas: Fraction) -> Exact:
-    """Return a parameter this many standard deviations away, checked."""
+    """Return a parameter `sigmas` standard deviations away; check that the model allows it."""
     x, u = bicycle[symbol], bicycle.uncertainties[symbol]
     moved = Exact(x.rational + sigmas * u.rational, x.pi_multiple + sigmas * u.pi_multiple)
     try:
@@ -428,16 +431,17 @@ def _lesser(x: Fraction | None, y: Fraction | None) -> Fraction | None:
 
 
 def _sqrt(x: Number) -> Number:
-    """Square root of a ball or of a dual number over balls."""
+    """Return the square root of a ball or of a dual number over balls."""
     return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()
 
 
-# The estimate is of first order only, so more digits would have no meaning.
+# Number of digits of a standard deviation. It is estimated to first order only, so more digits
+# would have no meaning.
 _DEVIATION_DIGITS = 3
 
 
 def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> BoxStability:
-    """Return weave and capsize speeds if each parameter is within this many standard deviations.
+    """Enclose weave and capsize speeds for parameters within `sigmas` standard deviations.
 
     Raises
     ------
@@ -484,7 +488,7 @@ def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
 
 
 def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
-    """Return bounds as decimals: proved ones rounded outward, attained ones inward."""
+    """Return the numbers of a critical speed as decimals: bounds rounded outward, others inward."""
     return {
         "from": below(v.low, digits),
         "to": above(v.high, digits),

@@ -1,4 +1,4 @@
-"""The range of a function over a box, proved in ball arithmetic.
+"""Prove the sign of a function over a box of its variables, in ball arithmetic.
 
 The function and its derivatives are evaluated over the box in affine numbers. Where a derivative
 keeps its sign, the function is extreme at one end of that variable, so a face replaces the box. If
@@ -36,12 +36,12 @@ class Affine:
 
     @property
     def spread(self) -> flint.arb:
-        """Largest magnitude of the sum of the terms."""
+        """The largest magnitude of the sum of the terms."""
         return sum((abs(t) for t in self.terms.values()), flint.arb(0))
 
     @property
     def ball(self) -> flint.arb:
-        """Enclosure of all its values, as a ball."""
+        """A ball that encloses all values of the affine number."""
         return self.rest + _around_zero(self.spread)
 
     def __add__(self, other: Number) -> Affine:
@@ -81,11 +81,14 @@ class Affine:
     __rmul__ = __mul__
 
     def inverse(self) -> Affine:
-        """Return the reciprocal; not finite if the number may be zero."""
+        """Return the reciprocal; its coefficients are not finite if the number may be zero."""
         return self.chain(1 / self.rest, -1 / self.rest**2, 1 / self.ball**3)
 
     def chain(self, value: flint.arb, slope: flint.arb, curve: flint.arb) -> Affine:
-        """Apply a function: value and slope at `rest`, half the second derivative anywhere."""
+        """Apply a function, given by value and slope at `rest`, and half its second derivative.
+
+        `curve` encloses half the second derivative over all values of the number.
+        """
         beyond = curve * self.spread**2
         return Affine(
             value + beyond.union(flint.arb(0)), {i: slope * t for i, t in self.terms.items()}
@@ -93,13 +96,13 @@ class Affine:
 
 
 class Affines(Arithmetic):
-    """Arithmetic of affine numbers; a number without variables stays a ball."""
+    """Arithmetic of affine numbers; numbers that depend on no variable remain balls."""
 
     def __init__(self, balls: Balls) -> None:
         self.balls = balls
 
     def variables(self, balls: Iterable[flint.arb]) -> list[Affine]:
-        """Return one variable for each ball; it may be anywhere in the ball."""
+        """Return an affine number for each ball; its value may be anywhere in the ball."""
         return [Affine(x.mid(), {i: x.rad()}) for i, x in enumerate(balls)]
 
     def number(self, value: Exact | Fraction | int) -> flint.arb:
@@ -145,7 +148,7 @@ _MAX_PARTS = 12
 
 
 def corner(f: Function, box: Sequence[Side], balls: Balls) -> tuple[flint.arb, ...]:
-    """Return the corner where a function is probably largest; to first order, without proof."""
+    """Return the corner of the box where a function is probably largest; this is not proved."""
     return _examine(f, tuple(box), balls).point
 
 
@@ -184,15 +187,17 @@ def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
 def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.arb]:
     """Return the derivatives of a function at a point with respect to each variable."""
     found: Dual = f(Duals(balls).variables(point))
-    # A derivative that is zero by the structure of the formula is an integer.
+    # Convert each derivative to a ball: one that is zero by the structure of the formula is an
+    # integer.
     return [flint.arb(s) for s in found.slopes]
 
 
 @dataclass(frozen=True, slots=True)
 class _BoxPart:
-    """A part of the box: an upper bound of the function, an attained value, and where.
+    """A part of the box, an upper bound of the function in it, and a value at a point of it.
 
-    `split` is the side to halve; None if halving cannot improve the bound.
+    `attained` is a lower bound of the function at `point`. `split` is the index of the variable to
+    halve; None if halving cannot improve the bound.
     """
 
     sides: tuple[Side, ...]
@@ -203,12 +208,12 @@ class _BoxPart:
 
     @property
     def rank(self) -> tuple[int, Fraction]:
-        """Sort key: the part with the smallest rank is halved first."""
+        """Sort key of parts: the part with the largest bound has the smallest rank."""
         return (0, Fraction(0)) if self.bound is None else (1, -self.bound)
 
 
 def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
-    """Go to the face where the function is largest, and bound it there."""
+    """Reduce a box to the face where the function is largest, and bound it on that face."""
     while True:
         value, rates = _over(f, sides, balls)
         if not rates:

@@ -28,7 +28,8 @@ from heyoka_bike.scoring.units import UNITS, factor
 from heyoka_bike.showing.wording.grade_text import WORDS
 from heyoka_bike.showing.wording.verdict_text import PHRASES
 
-# State variables of the reduced equations, with the forward speed in place of the spin.
+# The state that the header stores: the variables of the reduced equations, but the forward speed
+# instead of the spin.
 _STATES_STORED = (
     "roll_angle",
     "pitch",
@@ -38,13 +39,14 @@ _STATES_STORED = (
     "forward_speed",
     "yaw",
 )
-# Fraction of the scale: trailing Chebyshev coefficients whose sum is below it are left out.
+# Trailing Chebyshev coefficients are left out if the sum of their magnitudes is below this fraction
+# of the column's scale.
 _NEGLIGIBLE = 2.0**-57
 _PER_LINE = 4
 
 
 def checker_header(reference: Reference) -> bytes:
-    """Return the header for the bicycle and the maneuvers of a reference."""
+    """Return the C header for the bicycle and the maneuvers of a reference."""
     first = reference[1]
     keys = first.definitions
     columns = [first.definitions[key][0] for key in BENCHMARK_COLUMNS]
@@ -77,7 +79,7 @@ def checker_header(reference: Reference) -> bytes:
 
 
 def _kept(m: ReferenceManeuver) -> list[list[Array]]:
-    """Return, for each piece and state, the coefficients that binary64 resolves."""
+    """Return, for each piece and state variable, the coefficients that are not `_NEGLIGIBLE`."""
     found = []
     for piece in range(len(m.breaks) - 1):
         rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
@@ -135,7 +137,6 @@ def _data(
 
 
 def _numbers(values: Iterable[float]) -> str:
-    # repr returns the shortest decimal that rounds to the value.
     texts = [repr(float(x)) for x in values]
     return ",\n".join(", ".join(texts[i : i + _PER_LINE]) for i in range(0, len(texts), _PER_LINE))
 

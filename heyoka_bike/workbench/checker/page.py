@@ -1,4 +1,4 @@
-"""The checker as one HTML page without a server: the header as WebAssembly, and a page for it.
+"""The checker as one HTML page without a server; it contains the C header as WebAssembly.
 
 ``docs/_site/checker_wasm.py`` builds the WebAssembly from the header, with clang and lld. The
 result is stored next to this module.
@@ -45,7 +45,7 @@ SCRIPTS = ("judging.js", "reading.js", "recognising.js")
 
 _SHOWING = (PITCH_SCRIPT, _HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
 _BEGIN = '"use strict";\nconst data = JSON.parse(document.getElementById("data").textContent);\n'
-# Ways to write the units that the checker tries.
+# Spellings of units that the checker recognises in headings.
 _SPELLINGS = (
     "s", "ms", "sec", "seconds", "rad", "radian", "radians", "deg", "degree", "degrees", "\u00b0",
     "rad/s", "rad s-1", "rad s^-1", "rad*s^-1", "deg/s", "deg s-1", "degree/s", "degrees/s",
@@ -55,7 +55,7 @@ _SPELLINGS = (
 
 
 def checker_page() -> str:
-    """Return the page, which judges files against the published reference in the browser."""
+    """Return the HTML page that judges files against the published reference in the browser."""
     reference = load_reference()
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
     files = (*(_HERE / name for name in SCRIPTS), *_SHOWING)
@@ -93,7 +93,10 @@ def page_data() -> dict[str, Any]:
 
 
 def _recognition_data(reference: Reference) -> dict[str, Any]:
-    """Return the limits and values of `scoring.recognition` for ``recognising.js``, by index."""
+    """Return the limits and values of `scoring.recognition` that ``recognising.js`` needs.
+
+    Columns and maneuvers are represented by their indices.
+    """
     keys, maneuvers = list(BENCHMARK_COLUMNS), [reference[n] for n in reference]
     return {
         "fastest": recognition.FASTEST_MODE,
@@ -130,7 +133,7 @@ def kinematics_source(bicycle: Bicycle) -> str:
         return [front_contact_height(e.k, e.a, *y)]
 
     def rolling(e: Equations, y: Sequence[Number]) -> Sequence[Number]:
-        # This is the state of the regular form, as in `motion_3d`.
+        # Replace the forward speed by the spin, to get the state of the regular form.
         state = [*y[:5], y[5] / (e.k.length * e.k.rear.r)]
         o, u = e.unfold(state)
         zeros = [e.a.number(0)] * 3  # yaw, and x and y position
@@ -154,7 +157,7 @@ def kinematics_source(bicycle: Bicycle) -> str:
 
 
 def _replay_data(bicycle: Bicycle) -> dict[str, Any]:
-    """Return the data of the replay: the drawing, and the constants and notes of `scenes`."""
+    """Return the data of the replay: a drawing of the bicycle, and constants of `scenes`."""
     return {
         "bicycle": drawing(bicycle),
         "states": scenes.WRITTEN_STATES,
@@ -170,12 +173,12 @@ def _replay_data(bicycle: Bicycle) -> dict[str, Any]:
 
 
 def _headings() -> dict[str, int]:
-    """Return the headings that always mean one column, with its index; -1 is the time."""
+    """Return a mapping from unambiguous headings to the index of the column; -1 is the time."""
     places = {TIME: -1, **{key: i for i, key in enumerate(BENCHMARK_COLUMNS)}}
     return {word: places[key] for word, key in KEYS.items() if key in places and not may_mean(word)}
 
 
 def _unit_words(si: str, known: Sequence[str]) -> dict[str, str]:
-    """Return spellings of the units of a column, each with its unit in `UNITS`."""
+    """Return a mapping from spellings of the units of a column to the unit in `UNITS`."""
     found = {spelling: quantities(spelling).get(si) for spelling in _SPELLINGS}
     return {spelling: unit for spelling, unit in found.items() if unit and unit in known}

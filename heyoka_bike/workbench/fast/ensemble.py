@@ -1,4 +1,4 @@
-"""Many motions of one bicycle up to one time, as many side by side as a vector has places.
+"""Integrate many motions of one bicycle to the same time; a vector contains eight of them.
 
 The method is Dormand, Prince and Hairer's of order 8 with its two estimates of the error, of orders
 5 and 3, as in dop853.f of E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
@@ -53,26 +53,27 @@ STAGES: tuple[StageWeights, ...] = tuple(map(_weights, _TABLE["stages"]))
 STEP, THIRD, FIFTH = (_weights(_TABLE[name]) for name in ("step", "third", "fifth"))
 
 ENDS = "ends"
-"""Name of the function, see `ends_source`."""
+"""Name of the LLVM function, see `ends_source`."""
 
 _LAST_STAGE = len(STAGES)  # index of the evaluation at the end of a step
-# Factors of the step control.
+# Safety factor, and smallest and largest factor by which the step control changes a step.
 _SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0
 _SHORTEST_STEP = 2.0**-30  # [s]
 _FIRST_STEP = 0.1  # [s], first step divided by the root of the tolerance
-# A motion is not singular if its energy drift, relative to the energy, is at most the larger of
-# this many tolerances and this roundoff. These limits are ten times the usual drift.
+# The result of a motion is kept if its relative energy drift is at most the larger of this many
+# tolerances and this roundoff, which are ten times the usual drift. A step over a singularity
+# causes a larger drift.
 _LARGEST_STATE, _ROUNDING = 100.0, 1e-11
 _NAN = float("nan")
 
 
 def ends_source(equations: Equations) -> str:
-    """Return the module of the function ``ends``, for equations with constants in binary64.
+    """Return the LLVM module with the function ``ends``, which integrates motions to their end.
 
     ``void ends(states, stride, begin, end, duration, tolerance, most, columns)`` integrates the
-    motions ``begin`` to ``end``, in whole vectors. ``states`` and ``columns`` hold ``stride``
+    motions ``begin`` to ``end``, in whole vectors. ``states`` and ``columns`` contain ``stride``
     motions, one variable after the other. A motion that cannot be continued, or takes more than
-    ``most`` steps, is NaN.
+    ``most`` steps, is NaN. The constants of `equations` are in binary64.
     """
     c = v.Code(f"void @{ENDS}(ptr, i64, i64, i64, double, double, i64, ptr)")
     states, stride, begin, end, duration, tolerance, most, columns = c.arguments
@@ -92,7 +93,8 @@ def ends_source(equations: Equations) -> str:
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
             now, is_ended = t[0], t[0] >= until
-            # The step is exactly the increment of the clock. It is zero once the end is reached.
+            # Round the new time first, so that the step is exactly the difference of two times. It
+            # is zero for motions that have reached their end.
             to = (wish[0] >= until - now).choose(until, now + wish[0])
             h = to - now
             for number, row in enumerate(STAGES, start=1):
@@ -124,7 +126,7 @@ def ends_source(equations: Equations) -> str:
             wish[0] = is_ended.choose(first, scaled)
             steps[0] += 1
         *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
-        # A motion that stepped over a singularity has lost its energy balance.
+        # If the energy has changed, the motion has stepped over a singularity. Its result is NaN.
         allowed = energy * (tolerance * _LARGEST_STATE).at_least(_ROUNDING)
         is_kept = abs(found[ENERGY] - energy) <= allowed
         for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
@@ -135,7 +137,7 @@ def ends_source(equations: Equations) -> str:
 
 
 def _slopes(k: Sequence[v.Memory], row: StageWeights) -> Any:
-    """Return the weighted sum of slopes for each variable."""
+    """Return the sum of slopes with the weights of a row of the method, for each variable."""
     return v.weighted([k[stage].load() for stage in row], list(row.values()))
 
 
@@ -162,13 +164,13 @@ TOLERANCES: Mapping[str | float, float] = {
 4000 other starts, one in a hundred is less accurate, by up to a factor of five."""
 
 _ARGUMENTS_OF_ENSEMBLE = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
-# Number of motions in each job of a thread. It is so small that no thread gets all the slow
-# motions.
+# Number of motions in each job of a thread. It is small, so that the slow motions are distributed
+# over the threads.
 _MOTIONS_OF_A_PART = 16 * LANES
 
 
 class Ensemble:
-    """Compiled code for many motions of one bicycle.
+    """A compiled integrator for many motions of one bicycle.
 
     Parameters
     ----------
@@ -199,7 +201,7 @@ class Ensemble:
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
-        """Return the benchmark's columns of each motion at its end.
+        """Return the benchmark's columns at the end of each motion.
 
         Parameters
         ----------
@@ -242,7 +244,7 @@ class Ensemble:
 
 
 def _states(k: Constants, starts: Array) -> Array:
-    """Return states of the few-product form, shape (6, motions)."""
+    """Return initial states in the variables of `few_products`, shape (6, motions)."""
     if starts.ndim != 2 or starts.shape[1] != len(START) or not len(starts):
         raise InputError(f"found starts of shape {starts.shape}, expected (motions, {len(START)})")
     roll, steer, roll_rate, steer_rate, speed = starts.T

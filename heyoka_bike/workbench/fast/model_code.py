@@ -1,4 +1,4 @@
-"""The model as LLVM code: rates and columns of eight states at once."""
+"""Generate LLVM code of the model: rates and columns of eight states at once."""
 
 import operator
 from collections.abc import Callable, Iterable, Sequence
@@ -21,7 +21,7 @@ _OPERATORS_OF_CODE = {
 
 
 def rates_code(equations: Equations) -> Code:
-    """Return the code of ``rates(y, f)``: the time derivatives of eight states."""
+    """Return the LLVM function ``rates(y, f)``: the time derivatives f of eight states y."""
     code = StraightLine()
     rates = equations.convert(code.literal, code).rates([code.variable(x) for x in _NAMES_OF_STATE])
     c = Code("internal void @rates(ptr, ptr)")
@@ -37,7 +37,7 @@ def call_rates(y: Memory, f: Memory) -> None:
 
 
 def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[Any]:
-    """Return the benchmark's columns of a state, then mechanical trail / front wheel radius."""
+    """Return the benchmark's columns of a state, and mechanical trail / front wheel radius."""
     code = StraightLine()
     formulas = equations.convert(code.literal, code)
     state = [code.variable(x) for x in _NAMES_OF_STATE]
@@ -49,7 +49,7 @@ def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[
 def _computed(
     code: StraightLine, values: Iterable[Register], results: Sequence[Recorded]
 ) -> list[Any]:
-    """Evaluate recorded formulas at the values of the state variables."""
+    """Translate recorded formulas to LLVM code, for given values of the state variables."""
     found = dict(zip(_NAMES_OF_STATE, values, strict=True))
     pair = cache(turns)
     functions: dict[str, Callable[[Register], Register]] = {"sqrt": Register.sqrt}

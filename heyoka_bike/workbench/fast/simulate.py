@@ -1,4 +1,4 @@
-"""The benchmark as fast as possible in binary64, all columns included.
+"""Simulate the benchmark as fast as possible in binary64, including all columns.
 
 ``simulate()`` returns the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. One
 compiled function takes the steps and evaluates dense output and columns, see `step_code`. For
@@ -60,16 +60,16 @@ _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
 _ARGUMENTS_OF_RUN = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
 _LEAST_ROWS, _MOST_ROWS_OF_RUN = 2, 1_000_001
 _RUNS_KEPT = 32  # maximum number of prepared runs in the cache
-# Largest drift of the energy, as a number of tolerances and as roundoff; factor by which the
-# tolerance is reduced if the drift is larger; and smallest tolerance. Usually the energy drifts by
-# 0.2 times the tolerance, and by rounding. A step over a singularity changes it by a large
-# fraction.
+# Largest relative drift of the energy, as a number of tolerances and as roundoff; factor by which
+# the tolerance is reduced if the drift is larger; and smallest tolerance. Usually the energy drifts
+# by 0.2 times the tolerance, and by rounding. A step over a singularity changes the energy by a
+# large fraction.
 _LARGEST_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A motion evaluated at its rows.
+    """The columns of a motion at its rows, and facts about its integration.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Solution:
 
 
 def _motion(run: Any, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
-    """Prepare a motion from time 0 through ascending times, to be integrated repeatedly.
+    """Return a function that integrates a motion from time 0 through ascending times.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _motion(run: Any, start: Array, times: Array, tolerance: float) -> Callable[
     Returns
     -------
     callable
-        Integrates; the optional argument, shape (6, rows), receives the states.
+        It returns a `Solution`; its optional argument, shape (6, rows), receives the states.
     """
     # A run takes about ten microseconds, and `ndarray.ctypes` takes one microsecond to return an
     # address. So the addresses of fixed arrays are read only once, and the address of the result
@@ -132,7 +132,7 @@ def _carry_out(
 
 @dataclass(frozen=True, repr=False, slots=True)
 class Simulation:
-    """Rows of one or several maneuvers.
+    """The rows that were computed for one or several maneuvers.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Simulation:
         return f"<simulation of {count}: {len(self.time)} rows to {self.time[-1]:g} s>"
 
     def _repr_html_(self) -> str:
-        """Show the first and last rows of each maneuver in notebooks; several maneuvers unfold."""
+        """Show the first and last rows of each maneuver in notebooks; fold several maneuvers."""
         from heyoka_bike.reference.values import Values
         from heyoka_bike.showing.document import Block, Chapter, head
         from heyoka_bike.showing.document.html import piece
@@ -230,7 +230,7 @@ def prepare(
     accuracy: str | float = 1e-12, rows: int | None = None,
     spacing: Fraction | float | str | None = None, tolerance: float | None = None,
 ) -> Prepared:  # fmt: skip
-    """Return a prepared run that can be called repeatedly; see `simulate` for the parameters.
+    """Return a simulation to be called repeatedly; see `simulate` for the parameters.
 
     This compiles the code and computes the initial states. `tolerance`, if given, replaces the step
     tolerance of the accuracy.
@@ -242,7 +242,7 @@ def prepare(
 
 
 class Prepared:
-    """Prepared motions, from their start to their end.
+    """Compiled code and initial states of maneuvers; a call integrates them.
 
     Attributes
     ----------
@@ -261,7 +261,7 @@ class Prepared:
         self._prepare(is_regular=False)
 
     def __call__(self) -> Simulation:
-        """Integrate and evaluate the columns."""
+        """Integrate all maneuvers, and return their columns."""
         try:
             found = self._solutions()
         except TrailTooSmallError:
@@ -273,7 +273,10 @@ class Prepared:
         return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
 
     def states(self) -> Array:
-        """Return states at the rows in the variables of the form, shape (maneuvers, rows, 6)."""
+        """Return the states at the rows, shape (maneuvers, rows, 6).
+
+        Their variables are those of the form of the equations that the last call used.
+        """
         found = np.empty((len(self._motions), STATE_SIZE, len(self.times)))
         for motion, states in zip(self._motions, found, strict=True):
             motion(states)
@@ -291,7 +294,8 @@ class Prepared:
         found = []
         for motion, start in zip(self._motions, self._starts, strict=True):
             x, tolerance = motion(), self.tolerance
-            # A motion whose energy changes has stepped over a singularity.
+            # If the energy changes, the motion has stepped over a singularity. Repeat it with a
+            # smaller tolerance.
             while x.largest_energy - x.least_energy > x.largest_energy * max(
                 _LARGEST_DRIFT * tolerance, _ROUNDING
             ):
@@ -299,8 +303,8 @@ class Prepared:
                 if tolerance < _LEAST_TOLERANCE:
                     raise _singular("before", x)
                 x = _motion(self._run, start, self.times, tolerance)()
-            # Change from the form with few products to the regular form if the mechanical trail is
-            # small or changes its sign.
+            # The equations with few products divide by the mechanical trail. If it is small or
+            # changes its sign, the regular form has to be used.
             is_clear = x.least_trail > LEAST_TRAIL or x.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (x.steps > 0 and is_clear):
                 raise TrailTooSmallError
@@ -316,7 +320,7 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
 
 @lru_cache(_RUNS_KEPT)
 def _code(values: _Parameters, is_regular: bool) -> Any:
-    """Return compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
+    """Return compiled code for motions of a bicycle, see `step_code`; threads may share it."""
     equations = Equations.binary64(Bicycle("bicycle", dict(values)), is_regular=is_regular)
     return function(run_source(equations), RUN, *_ARGUMENTS_OF_RUN)
 
@@ -366,7 +370,7 @@ def _times(
 
 
 def choose(accuracy: str | float, measured: Iterable[str | float]) -> str | float:
-    """Return the accuracy itself, or the loosest measured one that is at least as accurate.
+    """Return the loosest of the measured accuracies that is at least as accurate as requested.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A whole run as LLVM code: steps, dense output, rows and columns in one function.
+"""Generate LLVM code of a whole run: steps, dense output, rows and columns.
 
 The method is Radau's of order 15, collocation at eight points of a step: E. Hairer and G. Wanner,
 Solving Ordinary Differential Equations II, 2nd edition, Springer 1996, sections IV.5 and IV.8. The
@@ -34,7 +34,7 @@ _BITS_OF_NODES = 160
 
 @dataclass(frozen=True, slots=True)
 class Collocation:
-    """Constants of the method; its matrices act on a column of values at the points.
+    """Constants of the collocation method; the matrices act on columns of values at the points.
 
     Attributes
     ----------
@@ -62,27 +62,27 @@ class Collocation:
 
 @cache
 def collocation() -> Collocation:
-    """Compute the constants, each rounded once from balls of 160 bits, except for the modes.
+    """Compute the constants of the method in 160 bits (but the modes in binary64).
 
     The modes only precondition an iteration; its limit does not depend on them.
     """
     with working_bits(_BITS_OF_NODES):
-        # Zeros of P_8 - P_7 on 0 to 1, with Legendre polynomials P.
+        # Radau's points are the zeros of P_8 - P_7, with Legendre polynomials P, moved to 0 to 1.
         difference = flint.fmpq_poly.legendre_p(LANES) - flint.fmpq_poly.legendre_p(LANES - 1)
         roots: Any = difference.complex_roots()
         points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
         powers = flint.arb_mat([[c**j for j in range(LANES)] for c in points])
         integrals = flint.arb_mat([[c**j / j for j in range(1, LANES + 1)] for c in points])
         integral = integrals * powers.inv()
-        # The increment is zero at the beginning of the step, which determines the coefficient of
-        # order 0.
+        # The increment is zero at the beginning of the step. Subtracting T_j(-1) = (-1)^j
+        # eliminates the coefficient of order 0.
         chebyshev = [
             [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, LANES + 1)] for c in points
         ]
         inverse, series = _rounded(integral.inv()), _rounded(flint.arb_mat(chebyshev).inv())
     values, vectors = np.linalg.eig(inverse)
     chosen = values.imag > 0
-    # These factors follow from the identity z + conj(z) = 2 Re z.
+    # Each mode is added to its complex conjugate, and z + conj(z) = 2 Re z.
     from_modes = 2 * np.hstack([vectors[:, chosen].real, -vectors[:, chosen].imag])
     return Collocation(
         points=np.array(points, dtype=float),
@@ -104,7 +104,7 @@ Numbers = np.ndarray[Any, np.dtype[np.object_]]
 
 @dataclass(frozen=True, slots=True)
 class Complex:
-    """Four complex numbers: real and imaginary parts."""
+    """Four complex numbers, as vectors of their real and imaginary parts."""
 
     re: Register
     im: Register
@@ -141,7 +141,7 @@ _without = np.frompyfunc(Complex.without, 3, 1)
 
 
 def factor(m: Numbers) -> None:
-    """Factor four complex matrices in place, with inverses on the diagonal.
+    """Factor four complex matrices in place (LU); the diagonal receives inverses of pivots.
 
     No pivoting is needed: a short step makes the diagonal large, and if the iteration does not
     converge, the step is shortened.
@@ -154,7 +154,7 @@ def factor(m: Numbers) -> None:
 
 
 def solve(m: Numbers, x: Numbers) -> Numbers:
-    """Solve four complex systems in place of the right sides, with the factors from `factor`."""
+    """Solve four complex systems with the result of `factor`; the solution replaces `x`."""
     for k in range(len(m)):
         x[k + 1 :] = _without(x[k + 1 :], m[k + 1 :, k], x[k])
     for k in reversed(range(len(m))):
@@ -167,7 +167,7 @@ _MASKED = f"llvm.masked.{{}}.v{v.LANES}f64.p0"
 
 
 class RowWriter:
-    """Writes the rows of a run.
+    """Generates the code that writes the rows of a run.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class RowWriter:
     def write(
         self, series: v.Memory, zeroth: v.Memory, begin: v.Register, h: v.Register, end: v.Register
     ) -> None:
-        """Write the rows up to the end of a step, from the coefficients of its series."""
+        """Write the rows up to the end of a step, from the Chebyshev series of the step."""
         c, half = self._code, h * 0.5
         middle, rate = (begin + half).spread(), (1.0 / half).spread()
         stop = c.variable(self.row[0])
@@ -229,7 +229,7 @@ class RowWriter:
         self.row[0] = stop[0]
 
     def report(self, report: v.Memory) -> None:
-        """Write minimum and maximum of trail and energy over all rows to the report."""
+        """Write the minimum and maximum of trail and energy over all rows to `report`."""
         for i, name in enumerate(("fmin", "fmax") * 2):
             report[i] = self._extremes[i].over_places(name)
 
@@ -242,7 +242,7 @@ class RowWriter:
 
 
 def _clenshaw(series: v.Memory, zeroth: v.Register, x: v.Register, twice: v.Register) -> Any:
-    """Evaluate the Chebyshev series of a variable."""
+    """Evaluate the Chebyshev series of a variable by Clenshaw's recurrence."""
     *rest, last_but_one, last = series.load(v.LANES)
     before, value = last.spread(), v.fused(twice, last, last_but_one)
     for coefficient in reversed(rest):
@@ -251,33 +251,37 @@ def _clenshaw(series: v.Memory, zeroth: v.Register, x: v.Register, twice: v.Regi
 
 
 RUN = "run"
-"""Name of the function, see `run_source`."""
+"""Name of the LLVM function, see `run_source`."""
 
-# Relative step of finite differences for the Jacobian; they are accurate to half of the digits.
+# Relative step of the finite differences for the Jacobian. It makes them accurate to half of the
+# digits.
 _DIFFERENCE = 2.0**-24
 _MOST_ITERATIONS = 12
-# An iteration is stopped if its change is more than this factor of the previous change.
+# Newton's iteration is given up if a change is at least this factor times the previous change.
 _DIVERGING = 0.5
-# Fraction of the tolerance: Newton's iteration ends if its next change will be smaller.
+# Newton's iteration has converged if its next change is expected to be below this fraction of the
+# tolerance.
 _CLOSE = 0.02
-# Factors of the step controller.
+# Safety factor, and smallest and largest factor by which the step controller changes a step.
 _SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 0.25, 2.5
 _MOST_ERROR = 4.0  # number of tolerances: a step with a larger error is repeated
 _SHORTEST_STEP = 2.0**-30  # [s]
-# The first step is this times the root of the tolerance, divided by the fastest rate.
+# Length of the first step, as a factor of the eighth root of the tolerance divided by the fastest
+# rate of the Jacobian.
 _FIRST_PART = 0.25
 _JOINED = 1.01  # stretch a step by at most this factor to avoid a tiny last step
 
 
 def run_source(equations: Equations) -> str:
-    """The module of function ``run``, for equations with constants in binary64.
+    """Return the LLVM module with the function ``run``, which integrates a motion.
 
     ``long run(start, rows, times, tolerance, most, columns, states, report)`` integrates from
     ``start`` (6 numbers) at time 0 through ascending ``times``. It writes eight columns of ``rows``
     rows, one variable after the other, and six states unless that pointer is null. It returns the
     number of steps, -1 for a motion that cannot be continued, or -2 for more than ``most`` steps.
     ``report`` receives the time reached, and minimum and maximum over the rows of the mechanical
-    trail / front wheel radius and of the mechanical energy.
+    trail / front wheel radius and of the mechanical energy. The constants of `equations` are in
+    binary64.
     """
     c = v.Code(f"i64 @{RUN}(ptr, i64, ptr, double, i64, ptr, ptr, ptr)")
     start, count, times, tolerance, most, columns, states, report = c.arguments
@@ -293,8 +297,8 @@ def run_source(equations: Equations) -> str:
         begin, (slopes, jacobian) = t[0], step.begin()
         with v.Loop(c) as attempt:
             is_last = step.wish[0] * _JOINED >= end - begin
-            # The step is exactly the increment of the clock. Otherwise the clock would drift away
-            # from the motion.
+            # Round the new time first, so that the step is exactly the difference of two times.
+            # Otherwise the time would drift away from the motion.
             after = is_last.choose(end, begin + step.wish[0])
             h = after - begin
             run.leave(~(h >= _SHORTEST_STEP))
@@ -312,7 +316,7 @@ def run_source(equations: Equations) -> str:
 
 
 class _Step:
-    """A collocation step.
+    """Generates the code of a collocation step.
 
     Attributes
     ----------
@@ -326,7 +330,7 @@ class _Step:
 
     def __init__(self, c: v.Code, tolerance: v.Register) -> None:
         self._code, self._tolerance, self._constants = c, tolerance, collocation()
-        # Matrix that converts residuals at the points to right sides of the linear systems in
+        # Matrix that converts residuals at the points to the right sides of the linear systems in
         # modes, for a step of length 1.
         self._from_rest = self._constants.to_modes @ np.linalg.inv(self._constants.integral)
         # Memory for the states at the points, the increments since the beginning of the step, the
@@ -336,13 +340,14 @@ class _Step:
         self.wish = c.variable(0.0)
 
     def begin(self) -> tuple[v.Registers, v.Registers]:
-        """Compute derivatives at the beginning and their Jacobian, by differences in the places.
+        """Compute the derivatives at the beginning of the step, and their Jacobian by differences.
 
-        The largest derivative determines the length of the first step.
+        One place of the vector contains the state, and each other place changes one variable. The
+        largest element of the Jacobian determines the length of the first step.
         """
         values = self.state.load()
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
-        # Use the increment that remains after rounding, not the intended one.
+        # Divide by the increments that remain after rounding, not by the intended ones.
         units = (values + units) - values
         places = [self._code.vector(x) for x in np.eye(v.STATE_SIZE, v.LANES, 1)]
         self._y.store(v.fused(units, places, values))
@@ -372,7 +377,7 @@ class _Step:
         self._z.store([0.0] * v.STATE_SIZE)
         base = [x.spread() for x in self.state.load()]
         count, before = c.variable(1), c.variable(float("inf"))
-        # This step size is used if the iteration does not converge.
+        # This step size will be tried if the iteration does not converge.
         self.wish[0] = h * 0.5
         with v.Loop(c) as iteration:
             right = np.array([Complex.of_halves(x) for x in self._right.load()])
@@ -380,8 +385,8 @@ class _Step:
             changes = v.products(m.from_modes, self._f)
             self._z.store(self._z.load() + changes)
             size = _largest(changes).at_least(0.0).over_places("fmax")
-            # Assume that the changes shrink at a constant ratio. The first change has no previous
-            # one, so it must itself be small enough.
+            # The ratio of two changes predicts the next change. After the first change no ratio is
+            # known, so this change itself must be small enough.
             ratio, goal = size / before[0], self._tolerance * _CLOSE
             iteration.leave((count[0] > 1).choose(size * ratio <= goal, size <= goal))
             attempt.again((ratio >= _DIVERGING) | (count[0] >= _MOST_ITERATIONS))
@@ -394,10 +399,10 @@ class _Step:
             count[0], before[0] = count[0] + 1, size
 
     def judge(self, h: v.Register) -> v.Register:
-        """Accept or reject a step by the end of its series, and choose the next length."""
+        """Return true if a step is accurate enough, and choose the length of the next step."""
         self.series.store(v.products(self._constants.series, self._z))
         error = _largest(_last(self.series))
-        # If a number is NaN, a sum is NaN, but a maximum is not.
+        # A sum is NaN if any of its terms is NaN, but a maximum ignores NaN.
         total = sum(_last(self._z), error)
         is_number = total <= total
         change = v.eighth_root(self._tolerance / error) * _SAFETY
@@ -410,8 +415,8 @@ class _Step:
 
     def advance(self) -> None:
         """Advance to the state at the end of the step."""
-        # The polynomial begins at the state at the beginning of the step, which determines its
-        # constant coefficient.
+        # The series equals the state at the beginning of the step. This determines its constant
+        # coefficient.
         signs = self._code.vector([1.0, -1.0] * (v.LANES // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])
@@ -424,11 +429,11 @@ class _Step:
 
 
 def _last(vectors: v.Memory) -> v.Registers:
-    """Return the value in the last place of each variable's vector."""
+    """Return the last value of each variable's vector: that at the end of the step."""
     return np.array([vectors.numbers()[v.LANES * (i + 1) - 1] for i in range(v.STATE_SIZE)])
 
 
 def _largest(values: v.Registers) -> v.Register:
-    """Return the largest magnitude."""
+    """Return the largest magnitude of some values."""
     found: v.Register = reduce(v.Register.at_least, abs(values))
     return found

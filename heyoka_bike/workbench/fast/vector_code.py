@@ -1,4 +1,4 @@
-"""Functions of numbers and vectors in LLVM's language: registers, memory, loops and branches.
+"""Write functions of numbers and vectors in LLVM's language, with loops and branches.
 
 LLVM compiles them to machine code at the first use; no compiler has to be installed.
 
@@ -42,12 +42,12 @@ _COSINE = (
     -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.75573143513906633035e-07,
     2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02,
 )  # fmt: skip
-# Three parts whose sum is pi/2. The first two end in zero bits, so that small multiples of them are
-# exact.
+# Three numbers whose sum is pi/2. The first two end in zero bits, so that small multiples of them
+# are exact.
 _QUARTER = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 _TO_QUARTERS = 0.63661977236758134308
-# Adding and subtracting this number rounds to the nearest integer. The last bits of the sum are
-# this integer.
+# Adding this number to x and subtracting it again rounds x to the nearest integer. The last bits of
+# the sum are this integer.
 _INTEGER = 6755399441055744.0
 
 Registers = np.ndarray[Any, np.dtype[np.object_]]
@@ -56,7 +56,7 @@ Registers = np.ndarray[Any, np.dtype[np.object_]]
 
 @cache
 def constant(kind: str, value: float | tuple[float, ...]) -> str:
-    """Write one number, or one for each place, exactly."""
+    """Return an exact constant in LLVM's language: one number, or one for each place."""
     element = kind.split()[-1].rstrip(">")
     if isinstance(value, tuple):
         return f"<{', '.join(f'{element} {constant(element, x)}' for x in value)}>"
@@ -124,7 +124,7 @@ class Register:
     __and__, __or__, __xor__, __lshift__ = map(_binary, ("and", "or", "xor", "shl"))
     __lt__, __le__, __gt__, __ge__ = map(_comparison, ("lt", "le", "gt", "ge"))
     __abs__, sqrt = map(_intrinsic, ("fabs", "sqrt"))
-    # If one operand is NaN, the result is the other.
+    # If one operand is NaN, the result is the other operand.
     at_most, at_least = map(_intrinsic, ("minnum", "maxnum"))
 
     def __neg__(self) -> Register:
@@ -138,13 +138,13 @@ class Register:
         return self.code.assign(BIT, f"icmp eq {POINTER} {self.text}, null")
 
     def choose(self, x: Operand, y: Operand) -> Register:
-        """Return the first operand where the bit is set, else the second."""
+        """Return the value of x where the bit is set, and of y elsewhere."""
         kind, yes, no = self.code.alike(x, y)
         operands = f"{self.kind} {self.text}, {kind} {yes}, {kind} {no}"
         return self.code.assign(kind, f"select {operands}")
 
     def cast(self, name: str, kind: str) -> Register:
-        """Apply ``bitcast`` or ``trunc`` to another kind."""
+        """Convert to another kind by ``bitcast`` or ``trunc``."""
         return self.code.assign(kind, f"{name} {self.kind} {self.text} to {kind}")
 
     def spread(self, kind: str = VECTOR) -> Register:
@@ -155,7 +155,7 @@ class Register:
         return first.places([0] * int(kind[1:].split()[0]))
 
     def places(self, chosen: Iterable[int], other: Register | None = None) -> Register:
-        """Return a vector of chosen places of this one, or of this one followed by another."""
+        """Return a vector of chosen places of this vector, or of this vector and another one."""
         places = [f"i32 {i}" for i in chosen]
         second = "poison" if other is None else other.text
         operands = f"{self.kind} {self.text}, {self.kind} {second}"
@@ -164,13 +164,13 @@ class Register:
         return self.code.assign(kind, f"shufflevector {operands}, {mask}")
 
     def over_places(self, name: str) -> Register:
-        """Return ``fmin`` or ``fmax`` over all places."""
+        """Return the minimum (``fmin``) or maximum (``fmax``) over all places of a vector."""
         return self.code.call(
             ONE, f"llvm.vector.reduce.{name}.{_INTRINSIC_SUFFIXES[self.kind]}", self
         )
 
     def total(self) -> Register:
-        """Return the sum over all places, added in any order."""
+        """Return the sum over all places of a vector, added in any order."""
         name = f"llvm.vector.reduce.fadd.{_INTRINSIC_SUFFIXES[self.kind]}"
         return self.code.call(ONE, name, Register(self.code, ONE, "-0.0"), self, flags="reassoc")
 
@@ -202,7 +202,7 @@ class Memory:
         return Memory(self.part(index).address, VECTOR)
 
     def part(self, index: Register | int) -> Memory:
-        """Return the part that begins at an index."""
+        """Return the memory from an index on."""
         if isinstance(index, int) and index == 0:
             return self
         place = self.code.text(index, INTEGER)
@@ -248,7 +248,7 @@ class Loop:
 
 
 class Code:
-    """A function under construction.
+    """The LLVM code of a function, to which instructions are added.
 
     Parameters
     ----------
@@ -276,23 +276,23 @@ class Code:
         return "\n".join([self._head, *self._rooms, *self._lines, "}"])
 
     def do(self, text: str) -> None:
-        """Write an instruction without a result."""
+        """Add an instruction without a result."""
         self._lines.append(text)
 
     def assign(self, kind: str, text: str) -> Register:
-        """Write an instruction and return the register of its result."""
+        """Add an instruction and return the register of its result."""
         found = Register(self, kind, self._name())
         self.do(text if kind == VOID else f"{found.text} = {text}")
         return found
 
     def text(self, value: Operand, kind: str) -> str:
-        """Return the text of a constant or register, copied to all places of a vector if needed."""
+        """Return LLVM's text of a value; a number is copied to all places if `kind` is a vector."""
         if not isinstance(value, Register):
             return constant(kind, value)
         return value.text if value.kind == kind else value.spread(kind).text
 
     def alike(self, *operands: Operand) -> list[str]:
-        """Return the common kind of operands (a vector if one is a vector) and their texts."""
+        """Return the common kind of operands (a vector if any is one), and their texts."""
         kinds = [x.kind for x in operands if isinstance(x, Register)]
         kind = next((x for x in kinds if x[0] == "<"), kinds[0])
         return [kind, *(self.text(x, kind) for x in operands)]
@@ -332,15 +332,15 @@ class Code:
         self.begin(rest)
 
     def block(self) -> str:
-        """Return the name of a block that begins later."""
+        """Return a new name for a block, which begins at a later call of `begin`."""
         return self._name()[1:]
 
     def begin(self, block: str) -> None:
-        """Begin a block, which follows the one before."""
+        """Begin a block; the previous block continues into it."""
         self.do(f"br label %{block}\n{block}:")
 
     def jump(self, block: str, condition: Register) -> None:
-        """Jump to a block if a condition holds."""
+        """Add a jump to a block if a condition holds."""
         rest = self.block()
         self.do(f"br i1 {condition.text}, label %{block}, label %{rest}\n{rest}:")
 
@@ -349,7 +349,7 @@ class Code:
 
 
 def module(*functions: Code) -> str:
-    """Return the text of functions, with declarations of the LLVM functions that they call."""
+    """Return an LLVM module of functions, with declarations of intrinsics that they call."""
     return "\n".join([*map(str, functions), *set().union(*(x.declarations for x in functions)), ""])
 
 
@@ -372,8 +372,8 @@ def products(matrix: Array, columns: Memory) -> Registers:
 
 
 def weighted(values: Sequence[Any], factors: Sequence[Operand]) -> Any:
-    """Return a sum of products, for registers or arrays of them."""
-    # Compute two partial sums, so that the processor can overlap their operations.
+    """Return the sum of products of values and factors, for registers or arrays of registers."""
+    # Compute two partial sums, so that the processor can compute both at the same time.
     sums: list[Any] = []
     for x, factor in zip(values, factors, strict=True):
         sums.append(x * factor if len(sums) < 2 else fused(x, factor, sums[-2]))
@@ -401,7 +401,7 @@ def _polynomial(coefficients: Sequence[float], x: Register) -> Any:
 
 
 def _signed(x: Register, quarters: Register) -> Register:
-    """Change the sign where the second bit of the number of quarter turns is set."""
+    """Change the sign of x where the number of quarter turns is 2 or 3 modulo 4."""
     sign = (quarters << 62) & -(2**63)
     return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", VECTOR)
 

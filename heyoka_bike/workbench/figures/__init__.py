@@ -1,4 +1,4 @@
-"""The figures that ``heyoka-bike plot`` and `plot` draw, by name: to look at, or as files.
+"""The figures of ``heyoka-bike plot`` and of `plot`: draw one by name, or write it to files.
 
 Each figure is a function in a module of this package. It takes a `Reference` and the numbers of the
 maneuvers to show, and returns a matplotlib figure. The module is imported when the figure is drawn.
@@ -30,7 +30,7 @@ _DEFAULT_FORMATS = ("png", "svg")
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of figure.
+    """A kind of figure: the function that draws it, and what it shows.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Kind:
     shows: Literal["each", "all", "none"]
 
     def draw(self, reference: Reference, numbers: Sequence[int]) -> Any:
-        """Draw these maneuvers as a matplotlib figure.
+        """Draw the maneuvers with these numbers as a matplotlib figure.
 
         Raises
         ------
@@ -161,14 +161,14 @@ def plot(
         return tuple(written(every))
     figures = []
     for one, _ in every:
-        # This lets notebooks show the figure, although it is not registered with pyplot.
+        # Notebooks show only figures that are registered with pyplot, or that have this method.
         vars(one)["_repr_png_"] = partial(render, one, "png")
         figures.append(one)
     return figures[0] if len(figures) == 1 else tuple(figures)
 
 
 def written(every: Iterator[tuple[Figure, list[Path]]]) -> Iterator[Path]:
-    """Write figures to their files and yield each file once it exists."""
+    """Write figures to their files, and yield the path of each file once it exists."""
     for figure, files in every:
         for file in files:
             save(figure, file)
@@ -179,7 +179,7 @@ def drawn(
     figure: str, maneuver: int | None, reference: Any, output: str | None,
     formats: Sequence[str] | None = None, *, dashes: str = "",
 ) -> Iterator[tuple[Figure, list[Path]]]:  # fmt: skip
-    """Yield each figure with its files; bad arguments are refused before anything is drawn.
+    """Yield each figure with its files; invalid arguments raise errors before any drawing.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def drawn(
 def _files(
     output: str | None, names: Sequence[str], formats: Sequence[str] | None, hint: str, dashes: str
 ) -> list[list[Path]]:
-    """Return the files to write for each figure; `hint` says how to get a single one.
+    """Return the files to write for each figure; `hint` is a part of an error message.
 
     Raises
     ------

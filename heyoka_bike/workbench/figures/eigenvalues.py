@@ -27,11 +27,12 @@ _HEIGHT_OF_FIGURE = 5.0  # [inch]
 _DIGITS_OF_SPEEDS = 15
 _DECIMALS = 5
 _POINTS_OF_BRANCH = 100
-# Distance of the first and last point of a branch from its ends, as a fraction of its length. Where
-# two eigenvalues meet, they change like a square root. At this distance they differ by 1e-4 of the
-# width of the figure, so they are surely distinct.
+# Distance of the first and last point of a branch from its ends, as a fraction of its length. Two
+# eigenvalues meet at an end and differ there by the square root of this distance: by 1e-4 of the
+# width of the figure, which is enough to distinguish them.
 _SPEEDS_APART = 1e-8
-# [1/s]; only the castering mode leaves this range, and nothing else happens beyond it.
+# Range of real parts that is shown [1/s]. Only the castering mode leaves this range, and nothing
+# else happens outside.
 _REAL = (-8.5, 8.5)
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
@@ -46,9 +47,10 @@ _LOOKS: dict[str, Any] = {
 }
 _WITHOUT_PAIR = ("castering", "capsize", "weave", "weave")
 _WITH_PAIR = ("castering", "capsize", "weave")
-# The outer key lists the numbers of complex pairs in the successive ranges of speed. The inner key
-# is the number of pairs in a range. The value lists the names of the real eigenvalues in ascending
-# order, then those of the pairs.
+# Names of the modes. Eigenvalues meet at certain speeds, which divide the speeds into ranges. The
+# outer key lists the number of complex pairs in each range, the inner key is the number of pairs in
+# one range. The value lists the names of the real eigenvalues in ascending order, then those of the
+# pairs.
 _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
     (0, 1): {0: _WITHOUT_PAIR, 1: _WITH_PAIR},
     (1,): {1: _WITH_PAIR},
@@ -56,7 +58,9 @@ _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
 
 
 def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
-    """Draw real parts [1/s] above and imaginary parts [rad/s] below, for the bicycle of a dataset.
+    """Draw the eigenvalues of a dataset's bicycle over speed: real parts, and imaginary parts.
+
+    Units are 1/s and rad/s.
 
     Speeds of the maneuvers are marked, and the stable range is shaded between the exact speeds of
     weave and capsize.
@@ -94,7 +98,7 @@ def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
 
 
 def _shade(axes: Sequence[Axes], low: float, high: float) -> None:
-    """Shade a stable range of speeds."""
+    """Shade a range of speeds in which the bicycle is stable."""
     end = min(high, FASTEST)
     if low >= end:
         return
@@ -107,11 +111,12 @@ def _shade(axes: Sequence[Axes], low: float, high: float) -> None:
 
 
 def _mark_critical_speed(ax: Axes, what: str, speed: float, side: int) -> None:
-    """Mark a point on the axis, with its name and speed to the left (-1) or right of it."""
+    """Mark a critical speed on the zero line; its name is to the left (-1) or right (1) of it."""
     if speed > FASTEST:
         return
     ax.plot(speed, 0.0, "o", markersize=5, color=BLACK, markerfacecolor="white", zorder=3)
-    # Truncate instead of rounding, because the dots indicate that more digits follow.
+    # Truncate the speed instead of rounding it, because dots after its digits indicate that more
+    # digits follow.
     digits = floor(speed * 10**_DECIMALS) / 10**_DECIMALS
     ax.annotate(
         f"{what}\n{digits:.{_DECIMALS}f}\N{HORIZONTAL ELLIPSIS} m/s", (speed, 0.0),
@@ -135,7 +140,7 @@ def _mark_maneuvers(axes: Sequence[Axes], reference: Reference) -> None:
 
 
 def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
-    """Yield mode, speeds [m/s] and values [1/s] of each eigenvalue, cut where two of them meet.
+    """Yield mode, speeds [m/s] and values [1/s] of each eigenvalue, cut where two meet.
 
     Between two cuts the number of real eigenvalues is the same at every speed. A pair is
     represented by the eigenvalue with positive imaginary part. Modes are named weave, capsize and
@@ -154,7 +159,7 @@ def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
 
 
 def _eigenvalues(linear: Linearisation, a: float, b: float) -> tuple[Array, Array, Any]:
-    """Return speeds, and real eigenvalues and complex pairs at each, in ascending order."""
+    """Return speeds, and the real eigenvalues and complex pairs at each speed, ascending."""
     # Points are closer together near both ends, where a branch may be steep.
     inside = (1 - np.cos(np.linspace(0.0, np.pi, _POINTS_OF_BRANCH))) / 2
     speed = a + (b - a) * np.clip(inside, _SPEEDS_APART, 1 - _SPEEDS_APART)

@@ -1,4 +1,4 @@
-"""Figures of the motions: over time (figures 2 to 4 of the benchmark), phase portraits, paths."""
+"""Figures of the motions: over time (as figures 2 to 4 of the benchmark), phases, paths."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _draw_energies(figure: Figure, ax: Axes, maneuver: ReferenceManeuver) -> Non
 
 
 def _title(maneuver: ReferenceManeuver) -> str:
-    """Return the name and the nonzero initial values."""
+    """Return the title of a figure: the name of a maneuver, and its nonzero initial values."""
     parts = []
     for key in ("speed", "roll", "steer", "roll_rate", "steer_rate"):
         value = Exact.parse(maneuver.inputs[key])

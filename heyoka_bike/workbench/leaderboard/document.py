@@ -1,4 +1,4 @@
-"""The leaderboard: a document for text and pages, and JSON."""
+"""The leaderboard as a document, for text and pages, and as JSON."""
 
 import json
 from collections.abc import Sequence
@@ -32,13 +32,16 @@ _COLUMNS_OF_RANKING = (
 _SAID_OF_ENTRIES = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
 _FIGURE_HEIGHT = 420
-# Lower limit of the picture [digits]. It corresponds to an error of ten times the largest value;
-# worse digits have no meaning.
+# Lowest number of correct digits that the chart shows. It corresponds to an error of ten times the
+# largest value. Larger errors all have the same meaning: the result is wrong.
 _LOWEST_DIGITS_DRAWN = -1.0
 
 
 def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
-    """Return the submissions to each problem, by true error; for `made` see `origin_text`."""
+    """Return the leaderboard: the ranked submissions to each problem.
+
+    For `made` see `origin_text`.
+    """
     count = sum(map(len, board.entries.values()))
     problems = (
         doc.Chapter(
@@ -79,7 +82,7 @@ def render_json(board: Leaderboard) -> str:
 
 
 def _table(entries: Sequence[Entry]) -> doc.TableBlock:
-    """Return a row for each entry; entries with equal digits share a rank."""
+    """Return a table with a row for each submission; those with equal digits share a rank."""
     rows: list[doc.TableRow] = [
         [
             str(place),
@@ -102,7 +105,7 @@ def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
 
 
 def _picture(problem: str, entries: Sequence[Entry]) -> str:
-    """Draw correct digits over the stated processor times."""
+    """Draw the correct digits of the submissions over their stated processor times."""
     times = [e.submission.processor_time for e in entries]
     digits = [max(e.digits, _LOWEST_DIGITS_DRAWN) for e in entries]
     found = list(zip(_places(entries), times, digits, strict=True))
@@ -138,7 +141,7 @@ def _facts(entry: Entry) -> doc.Facts:
 
 
 def diagnosis(entry: Entry) -> str:
-    """Return the first finding of a diagnosis that names a cause; empty without a diagnosis."""
+    """Return the first sentence of the diagnosis that names a cause; empty if there is none."""
     return cause(entry.report.diagnosis)
 
 

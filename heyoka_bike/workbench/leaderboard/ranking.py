@@ -1,4 +1,4 @@
-"""Submissions, checked, scored and ranked by the worst value of the worst column only.
+"""Check and score submissions, and rank them by the worst value of their worst column.
 
 Processor times are stated by the submissions, for their own machines; they are shown but do not
 affect the rank. A submission is a small TOML file that describes how some result files were made.
@@ -76,7 +76,7 @@ class RankedProblem:
     maneuver: int | None = None
 
     def numbers(self, count: int) -> tuple[int, ...]:
-        """Return the numbers of the problem's maneuvers in its dataset of `count` maneuvers."""
+        """Return the numbers of the problem's maneuvers; its dataset contains `count` maneuvers."""
         return tuple(range(1, count + 1)) if self.maneuver is None else (self.maneuver,)
 
 
@@ -110,7 +110,7 @@ class SubmittedFile:
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """The entries of a submission.
+    """A submission: the entries of its TOML file, and its result files.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class Submission:
 
 
 def read_submission(path: str | Path) -> Submission:
-    """Read a submission.
+    """Read the TOML file of a submission.
 
     Raises
     ------
@@ -211,7 +211,7 @@ References = Mapping[tuple[str, str], Reference]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A submission and its result.
+    """A submission and its score.
 
     Attributes
     ----------
@@ -240,7 +240,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Leaderboard:
-    """All submissions in a folder.
+    """The ranked submissions in a folder, and the rejected ones.
 
     Attributes
     ----------
@@ -311,7 +311,7 @@ def _refuse(found: str, expected: str, file: str | Path | None) -> InputError:
 
 
 def _by_inputs(references: Sequence[Reference]) -> References:
-    """Return the datasets by their inputs, which are compared literally."""
+    """Return the datasets by the names of their inputs; inputs are compared as text."""
     asked = {names: _inputs(*names) for names in {p.inputs for p in PROBLEMS.values()}}
     found = {}
     for reference in references:
@@ -325,7 +325,7 @@ def _by_inputs(references: Sequence[Reference]) -> References:
 
 
 def _inputs(bicycle: str, maneuvers: str) -> tuple[dict[str, str], list[dict[str, str]]]:
-    """Return parameters, and the inputs of each maneuver."""
+    """Return the parameters of a bicycle and the inputs of each of its maneuvers, as texts."""
     said = describe_inputs(
         read_bicycle(find_input("bicycles", bicycle)),
         read_maneuvers(find_input("maneuvers", maneuvers)),
@@ -377,7 +377,7 @@ def _entry(submission: Submission, known: References) -> Entry:
 
 
 def correct_digits(report: Report) -> dict[tuple[int, str], float]:
-    """Return the scd of each maneuver and column of the benchmark, as far as digits show it."""
+    """Return the scd by maneuver and column of the benchmark, limited by the digits written."""
     return {
         (m.maneuver, c.key): c.shown("scd") or 0.0
         for m in report.maneuvers
@@ -387,7 +387,7 @@ def correct_digits(report: Report) -> dict[tuple[int, str], float]:
 
 
 def other_definitions(report: Report) -> dict[str, str]:
-    """Return the definitions of the columns that do not follow the default one."""
+    """Return the definitions of the columns that do not follow the default definition."""
     columns = (c for m in report.maneuvers for c in m.columns)
     return {c.key: c.definition for c in columns if c.definition != c.as_written.definition}
 

@@ -1,4 +1,4 @@
-"""Position of the bicycle: its angles, the contact points and the rotation of its wheels.
+"""Compute the motion in space: angles, contact points and the rotation of the wheels.
 
 The equations of motion contain neither position nor yaw; this module integrates both from the
 state. The *ground frame* has x along the initial heading, y to the right, z down, and its origin at
@@ -27,14 +27,14 @@ State = Callable[[Array], Mapping[str, Array]]
 STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Columns that determine the motion, in their default definitions."""
 
-# Number of quadrature nodes in a step, and maximum length of a step [s]. Shorter steps than this
-# change the positions in the benchmark's maneuvers by no more than roundoff.
+# Number of quadrature nodes in a step, and maximum length of a step [s]. Shorter steps would change
+# the positions in the benchmark's maneuvers by no more than roundoff.
 _NODES_OF_QUADRATURE, _LONGEST_STEP = 12, 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """The position at which a motion starts.
+    """The position and heading at which a motion starts.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def reference_state(maneuver: ReferenceManeuver) -> State:
 def motion_3d(
     equations: Equations, state: State, time: Array, start: Place | None = None
 ) -> Motion3D:
-    """Return the motion in the ground frame.
+    """Return the motion of the bicycle in the ground frame.
 
     Parameters
     ----------
@@ -114,13 +114,13 @@ def motion_3d(
 
 
 def _of_form(equations: Equations, values: Mapping[str, Array]) -> list[Array]:
-    """Return the state variables of the regular form, without yaw, from columns of `STATE`."""
+    """Convert columns of `STATE` to the variables of the regular form, without the yaw."""
     k, (*others, speed) = equations.k, (values[name] for name in STATE)
     return [*others, speed / (k.length * k.rear.r)]
 
 
 def _integrals(equations: Equations, state: State, time: Array, start: Place) -> list[Array]:
-    """Return yaw, rear contact x and y, wheel angles and length of the rear track."""
+    """Integrate, to get yaw, rear contact x and y, wheel angles and length of the rear track."""
     fine, where = _with_steps(time)
     step = np.diff(fine)[:, None]
     nodes, weights, inside = _collocation()
@@ -143,7 +143,7 @@ def _integrals(equations: Equations, state: State, time: Array, start: Place) ->
 
 
 def _with_steps(time: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Insert times where the gaps are long; return all times and the indices of the given ones."""
+    """Insert times into long gaps; return all times and the indices of the given ones."""
     counts = np.maximum(np.ceil(np.diff(time) / _LONGEST_STEP).astype(int), 1)
     parts = [
         np.linspace(a, b, n, endpoint=False)
@@ -159,8 +159,8 @@ def _summed(first: float, steps: Array) -> Array:
 def _collocation() -> tuple[Array, Array, Array]:
     """Return Gauss nodes and weights on 0..1, and weights of integrals from 0 to each node."""
     x, w = np.polynomial.legendre.leggauss(_NODES_OF_QUADRATURE)
-    # Integrals of the Legendre polynomials, and the matrix from values at the nodes to the
-    # coefficients of the interpolating polynomial.
+    # `integrals` contains the integrals of the Legendre polynomials up to each node. `through`
+    # converts values at the nodes to coefficients of the interpolating polynomial.
     degrees = np.arange(_NODES_OF_QUADRATURE)
     values = np.polynomial.legendre.legvander(x, _NODES_OF_QUADRATURE)
     integrals = np.empty((_NODES_OF_QUADRATURE, _NODES_OF_QUADRATURE))

@@ -61,8 +61,8 @@ _SHORT_NAMES = {
 START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
 """Call of `SCRIPT` on pages where nothing else starts it."""
 _COUNTED = ("rear_wheel", "front_wheel", "track")
-# Number of decimal places of positions, angles and speeds [m, rad, m/s]. They are finer than a
-# pixel at any camera distance and any exaggeration of roll and steer.
+# Number of decimal places of positions, angles and speeds [m, rad, m/s]. The last place is finer
+# than a pixel at any camera distance and any exaggeration of roll and steer.
 _DECIMALS_OF_PLACES = 6
 # Number of significant digits of a difference between two motions, which the page may magnify a
 # million times.
@@ -76,7 +76,7 @@ _NOTEBOOK_HEIGHT = 720  # height of the page in a notebook [px]
 
 @dataclass(frozen=True, repr=False, slots=True)
 class Page:
-    """A replay that a notebook shows; ``page.save("replay.html")`` writes it.
+    """The page of a replay: a notebook shows it, and ``page.save("replay.html")`` writes it.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Page:
         return f"<replay of {len(self.html) / 1e6:.1f} MB, for a notebook or .save(...)>"
 
     def _repr_html_(self) -> str:
-        # The frame isolates the page's script from the notebook.
+        # The iframe isolates the script of the page from the notebook.
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" title="replay" '
             f'style="width: 100%; height: {_NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
@@ -218,7 +218,7 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
 
 
 def _choice(scenes: Sequence[tuple[str, str]]) -> str:
-    """Return the choice of the maneuver, initially the first; hidden if there is only one."""
+    """Return HTML to choose a maneuver, initially the first; hidden if there is only one."""
     options = "".join(
         f'<label><input type="radio" name="maneuver" value="{escape(number)}"'
         f"{'' if i else ' checked'}><span>{escape(name)}</span></label>"
@@ -235,7 +235,7 @@ def _name(scene: Scene) -> str:
 
 
 def _plots(scenes: Sequence[Scene]) -> str:
-    """Return charts of all maneuvers; the script shows those of one."""
+    """Return the charts of all maneuvers; the script shows only those of the chosen one."""
     groups = "".join(
         f'<div class="group" data-maneuver="{s.number}"><h2>Maneuver {escape(_name(s))}</h2>'
         f"{''.join(_charts(s))}</div>"
@@ -271,8 +271,8 @@ def _charts(scene: Scene) -> list[str]:
 def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
-    # A result that leaves the picture must not compress the curve of the reference. So it may
-    # extend the range by at most the range of the reference on either side.
+    # A result that is far off must not compress the curve of the reference. So it may extend the
+    # range of the chart on either side by at most the range of the reference.
     room = 1.0 * (high - low)
     for line in lines:
         low = min(low, max(float(line.y.min()), low - room))
@@ -338,7 +338,8 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
             name: values - exact[name][rows]
             for name, values in _columns(result.motion, result.columns).items()
         }
-        # Wheel angles and tracks are counted from the first frame of each motion.
+        # Wheel angles and tracks of a result start at 0 in its first frame, so their differences
+        # are relative to that frame.
         for name in _COUNTED:
             differences[name] = differences[name] - differences[name][0]
         found["result"] = {
@@ -350,7 +351,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
 
 
 def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the quantities that the script needs; it derives the others by rigid motion."""
+    """Return the quantities from which the script derives the positions of all parts."""
     return {
         "yaw": motion.yaw, "pitch": motion.pitch,
         "x": motion.rear_contact[:, 0], "y": motion.rear_contact[:, 1],

@@ -53,14 +53,14 @@ CONVERTED_NOTE = (
 )
 """Text of notes, here and on the page of the checker."""
 
-# Maximum number of frames of all maneuvers together. With this many the page has 3 MB.
+# Maximum number of frames of all maneuvers together. A page with this many frames has 3 MB.
 _MOST_FRAMES = 6000
 LEAST_FRAMES = 50
-# Largest roll and steer [rad] of a bicycle that is drawn upright. Beyond this angle a bicycle lies
-# on the floor, and tan(roll) has no meaning.
+# A bicycle is shown only until its roll or steer angle reaches this magnitude [rad]. Beyond it the
+# bicycle lies on the floor, and tan(roll) has no meaning.
 FALLEN = 1.4
-# Largest gap below a wheel that counts as contact, after Newton's iteration for the pitch. A larger
-# gap shows that no pitch puts the wheel on the floor.
+# Largest gap between the front wheel and the floor that counts as contact, after Newton's iteration
+# for the pitch. A larger gap shows that no pitch puts the wheel on the floor.
 SMALLEST_GAP = 1e-9  # [m]
 # Distance from the reference beyond which a result cannot be seen [m].
 OUT_OF_SIGHT = 1000.0
@@ -68,7 +68,7 @@ OUT_OF_SIGHT = 1000.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shown:
-    """One motion at the frames, with the columns of the benchmark.
+    """A motion and the benchmark's columns at the times of the frames.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class ShownResult(Shown):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scene:
-    """A maneuver.
+    """A maneuver of the replay, with the result next to the reference.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def replay(
     maneuver: int | None = None,
     rate: float = RATE,
 ) -> Replay:
-    """Return the maneuvers of a reference, with those of a result file next to them.
+    """Return the replay of the maneuvers of a reference, and of a result file if given.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def _scene(number: int, maneuver: ReferenceManeuver, equations: Equations, rate:
 
 
 def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
-    """Return a scene with the result's motion, or with a note why there is none."""
+    """Add the motion of the result to a scene, or a note why it cannot be shown."""
     held = [m for m in scored.maneuvers if m.maneuver == scene.number]
     if not held:
         return replace(scene, notes=(f"The file does not contain maneuver {scene.number}.",))
@@ -198,7 +198,7 @@ def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
 
 
 def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownResult | str:
-    """Return the result's motion, or the reason why there is none."""
+    """Return the motion of the result, or the reason why it cannot be shown."""
     part = found.part
     columns = {c.key: c for c in found.compared}
     moving = [name for name in WRITTEN_STATES if name in columns]
@@ -254,14 +254,17 @@ def _result_state(
     equations: Equations,
     differences: Mapping[str, tuple[Array, Array]],
 ) -> State:
-    """Return the reference's state plus differences, with the pitch for wheels on the floor."""
+    """Return the state of a result over time: that of the reference plus the differences.
+
+    The pitch is that for which both wheels are on the floor.
+    """
 
     def state(t: Array) -> Mapping[str, Array]:
         found = dict(maneuver.approximate(t, STATE))
         for name, (rows_time, error) in differences.items():
             found[name] = found[name] + np.interp(t, rows_time, error)
-        # The pitch of a fallen bicycle has no meaning. Suppress warnings about it; `_upright`
-        # detects the fall.
+        # The pitch of a fallen bicycle has no meaning, so suppress warnings about its computation.
+        # `_upright` detects the fall.
         with np.errstate(all="ignore"):
             found["pitch"] = pitch_on_the_floor(
                 equations.k, found["roll_angle"], found["pitch"], found["steer_angle"]
@@ -272,7 +275,7 @@ def _result_state(
 
 
 def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
-    """Return the number of frames before no posture has both wheels on the floor."""
+    """Return the number of frames before the bicycle falls: both wheels can touch the floor."""
     roll = state["roll_angle"]
     with np.errstate(all="ignore"):
         gap = front_contact_height(
@@ -284,7 +287,7 @@ def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
 
 
 def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3D, int]:
-    """Return the motion while it is near the reference, and the number of its frames."""
+    """Cut a motion where it moves too far from the reference; return it and its frame count."""
     beside = reference.rear_contact[first : first + len(found.time)]
     with np.errstate(all="ignore"):
         away = np.linalg.norm(found.rear_contact - beside, axis=1)
@@ -294,7 +297,7 @@ def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3
 
 
 def _leading(good: NDArray[np.bool_]) -> int:
-    """Return the number of entries before the first that is not true."""
+    """Return the number of entries before the first one that is false."""
     bad = np.flatnonzero(~good)
     return int(bad[0]) if len(bad) else len(good)
 

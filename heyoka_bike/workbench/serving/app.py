@@ -1,4 +1,4 @@
-"""The server: addresses and their answers.
+"""The web server: its addresses, and its answers to requests.
 
 Every request passes the `Guard`, which checks the host, adds headers for browsers, rejects forms of
 other sites, and logs a line.
@@ -56,22 +56,22 @@ from heyoka_bike.workbench.serving.uploads import receive
 
 _SAFE = {
     "x-content-type-options": "nosniff",
-    # Other sites are not sent a referrer, but forms of this site send their origin.
+    # Browsers then send no referrer to other sites, but forms of this site still send their origin.
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "x-frame-options": "DENY",
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
-# By default nothing may be cached by intermediaries, except files of the package.
+# Nothing may be cached, except for files of the package, which set their own header.
 _NO_CACHE_HEADER = ("cache-control", "no-store")
 _HEALTH = "/health"
-# Values of the header by which a browser reports that a page of another site sent a form.
+# Values of Sec-Fetch-Site with which a browser reports that a page of another site sent a form.
 _FOREIGN = ("cross-site", "same-site")
 
 
 class Guard:
-    """An ASGI application behind checks of every request.
+    """ASGI middleware that checks and logs every request before the application gets it.
 
     Parameters
     ----------
@@ -114,7 +114,8 @@ class Guard:
 
         app = self._app
         headers = Headers(scope=scope)
-        # Health checks may use any host name, because a supervisor uses an internal name.
+        # Health checks may use any host name, because a supervisor uses a name inside its own
+        # network.
         is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "unknown host name: start the server with --name"}, 400)
@@ -148,8 +149,8 @@ def _is_foreign(headers: Headers) -> bool:
     site = headers.get("sec-fetch-site")
     if site is not None:
         return site in _FOREIGN
-    # Browsers from before 2023, and all browsers without TLS, do not send Sec-Fetch-Site, only the
-    # origin.
+    # Browsers from before 2023, and all browsers without TLS, do not send Sec-Fetch-Site. They send
+    # the origin, so compare it with the requested host.
     origin = headers.get("origin")
     if origin is None:
         return False
@@ -163,17 +164,17 @@ _USUAL_PORTS = {"http": "80", "https": "443"}
 
 
 def _with_port(place: str, usual: str) -> str:
-    """Return a host with its port, which is the usual one if the text has none."""
+    """Return a host with its port; `usual` is the port if the text contains none."""
     return place if re.search(r":[0-9]+\Z", place) else f"{place}:{usual}"
 
 
 def _host(headers: Headers) -> str:
-    """Return the requested host."""
+    """Return the host name in a request, without its port."""
     return _name(headers.get("host", ""))
 
 
 def _name(host: str) -> str:
-    """Return a host without its port and the brackets of IPv6."""
+    """Return a host without its port, and without the brackets of an IPv6 address."""
     host = host.lower()
     if host.startswith("["):
         return host[1:].partition("]")[0]
@@ -191,20 +192,21 @@ _STATIC = {
 # Time after which a client may try again [s]. By then a supervisor has restarted the server.
 _SECONDS_OF_RESTART = 10
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
-# Longer texts that replace Starlette's messages.
+# Messages that replace the brief ones of Starlette.
 _USUAL = {
     "Not Found": "There is no such page.",
     "Method Not Allowed": "This address does not take such a request.",
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
-# Policy of pages: styles and scripts come only from files of this package.
+# Content security policy of the pages: styles and scripts come only from files of the package.
 _HEADERS_OF_PAGES = (
     "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src data:; "
     + _NEVER
 )
 
 
-# Policy of reports and replays: their scripts must be exactly those of the package.
+# Content security policy of reports and replays: their scripts must be exactly those of the
+# package.
 _REPORTS = f"{policy(REPORT_SCRIPT, REPLAY_SCRIPT.read_text(encoding='utf-8') + START)}; {_NEVER}"
 
 
@@ -243,7 +245,8 @@ class Server:
                 (HTTPException, InputError, ClientDisconnect, OSError), _refused
             ),
         )  # fmt: skip
-        # A redirect would contain the requested host and scheme, which may be those of a proxy.
+        # Behind a proxy, the host and scheme of a request are not those of the browser, so a
+        # redirect to the address with a slash would be wrong.
         self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
@@ -429,7 +432,7 @@ class Server:
             raise HTTPException(408, said, close) from None
 
     def _stored(self, task: Task) -> StoredResult:
-        """Store a task once it has a place in the queue."""
+        """Append a task to the queue, and keep its files as a stored result."""
         try:
             job = self.queue.submit(task)
         except BusyError:
@@ -449,7 +452,7 @@ class Server:
 
 
 def _root(request: Request) -> str:
-    """Return the path before all addresses of the server, see `Guard`."""
+    """Return the path below which the server is hosted, see `Guard`."""
     return str(request.scope["root_path"])
 
 
@@ -469,7 +472,7 @@ async def _ended_or_left(request: Request, job: QueuedTask, look_seconds: float)
 
 
 def _status(ending: TaskEnding) -> int:
-    """Return the HTTP status of the answer for the ending of a job."""
+    """Return the HTTP status of the answer about a task that was not done."""
     if ending.is_full:
         return 507
     return 422 if ending.state == "refused" else 500
@@ -509,7 +512,7 @@ def _wants_json(request: Request) -> bool:
 def _answer(
     request: Request, status: int, message: str, headers: Mapping[str, str] | None = None
 ) -> Response:
-    """Return an error in the format that the client expects."""
+    """Return an error as JSON or as a page, as the client accepts it."""
     if _wants_json(request):
         return JSONResponse({"error": message}, status, headers)
     found = _page(pages.error(_root(request), _TITLES.get(status, "Not found"), message), status)

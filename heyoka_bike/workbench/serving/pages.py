@@ -49,7 +49,7 @@ def shell(root: str, title: str, body: str, *, head: str = "", bar: str = "") ->
 
 
 def bar_of_home(root: str, links: str = "") -> str:
-    """Return the links of a page that does not belong to a result."""
+    """Return the bar of links for a page that does not belong to a result."""
     return (
         f'<nav class="bar" aria-label="Pages"><a class="home" href="{root}/">Score a file</a>'
         f"{links}</nav>"
@@ -57,7 +57,7 @@ def bar_of_home(root: str, links: str = "") -> str:
 
 
 def home(root: str, limits: Limits, has_leaderboard: bool) -> str:
-    """Return the page with the form."""
+    """Return the start page, with the form for result files."""
     board = f'<a href="{root}/leaderboard">Leaderboard</a>' if has_leaderboard else ""
     body = _HOME_PAGE.substitute(
         root=root, upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
@@ -106,9 +106,9 @@ def error(
     root: str, title: str, message: str, *, result: StoredResult | None = None,
     kind: Kind = "score",
 ) -> str:  # fmt: skip
-    """Return a page with an error message of one line."""
-    # The message is that of the command, and mentions command options. On the page these options
-    # are form fields, so a hint is added.
+    """Return a page with an error message."""
+    # Messages are those of the command line and may mention its options. On the page these options
+    # are form fields, so add a hint.
     hint = _HINT.template if "column names" in message or "--" in message else ""
     body = _ERROR.substitute(root=root, title=escape(title), message=escape(message), hint=hint)
     links = "" if result is None else bar(root, result, kind)
@@ -116,7 +116,7 @@ def error(
 
 
 def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
-    """Insert links, and the lines of a diagnosis, above a page of the package.
+    """Insert a bar of links and the lines of a diagnosis at the top of a report or replay.
 
     The result is self-contained, including styles, like a downloaded page.
     """
@@ -128,7 +128,7 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
 
 
 def bar(root: str, result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> str:
-    """Return the links of a result.
+    """Return the bar of links for a result: its pages, downloads and removal.
 
     Parameters
     ----------
@@ -173,7 +173,10 @@ _OPENAPI = Path(__file__).with_name("openapi.json")
 
 
 def description(limits: Limits, root: str = "") -> dict[str, Any]:
-    """Return the interface in OpenAPI 3.1, for a server that is hosted below a path."""
+    """Return the description of the interface for programs in OpenAPI 3.1.
+
+    `root` is the path below which the server is hosted.
+    """
     text = _OPENAPI.read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text.replace("{upload}", str(limits.upload)))
     found["info"]["version"] = __version__

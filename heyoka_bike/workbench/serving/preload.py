@@ -1,10 +1,10 @@
-"""Imports of every task, loaded once, so that forked task processes share them.
+"""Import what every task needs, once, so that forked task processes share it.
 
 If processes are not forked, each one imports this module itself.
 """
 
-# These are readers of result files and writers of reports. Otherwise they would be imported on
-# first use.
+# Readers of result files and writers of reports are otherwise imported at their first use, in each
+# process.
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.showing.document import html  # noqa: F401

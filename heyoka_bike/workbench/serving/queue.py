@@ -22,7 +22,7 @@ _FIRST_GUESS = 1.0
 
 
 class BusyError(HTTPException):
-    """The server has too much to do.
+    """The queue of the server is full: the answer is 503 and a time to wait.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class QueuedTask:
 
     @property
     def state(self) -> Literal["waiting", "working", "done", "refused", "failed"]:
-        """State of the task."""
+        """Whether the task waits, works, or how it has ended."""
         if self.ending is not None:
             return self.ending.state
         return "waiting" if self.future is None else "working"
@@ -81,7 +81,7 @@ class QueuedTask:
 
 
 class TaskQueue:
-    """Waiting and running tasks, of which at most `limits.workers` run at once.
+    """The waiting and running tasks; at most `limits.workers` of them run at once.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class TaskQueue:
         self._tasks: list[QueuedTask] = []
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # Executors by the kind of task: long tasks, and short tasks.
+        # Long tasks have another time limit than short ones, so they have their own executor.
         self._executors = {
             is_long: ProcessExecutor(limits.workers, limits.of_process(is_long), _PRELOAD)
             for is_long in (False, True)
@@ -152,7 +152,7 @@ class TaskQueue:
             return queued.ending
 
     async def _ending(self, queued: QueuedTask) -> TaskEnding:
-        """Return the ending of a task in words for its user, and log the details."""
+        """Run a task and return how it has ended, in words for the user; log details of errors."""
         task, kind = queued.task, queued.task.kind
         limits = self._limits.of_process(is_long(kind))
         try:

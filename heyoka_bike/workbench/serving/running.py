@@ -35,16 +35,16 @@ from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 
 _MOST_CONNECTIONS_WAITING = 1000
-# Number of open files beyond those of the connections, each of which needs up to two.
+# Number of open files that the server needs in addition to those of its connections.
 _OTHER_FILES = 100
 _WANTED_FILES = 3 * _MOST_CONNECTIONS_WAITING + _OTHER_FILES
 _LONGEST_HEAD = 1 << 14  # maximum length of a request's head [bytes]
 _BARE = re.compile(rb"(?<!\r)\n")
-# Maximum number of bytes read at once. If this many arrive as chunks of one byte, processing them
-# takes a tenth of a second.
+# Maximum number of bytes read from a connection at once. If they arrive as chunks of one byte each,
+# processing them blocks the server for a tenth of a second.
 _BYTES_AT_ONCE = 1 << 14
-# Size of the system's send buffer [bytes]. An answer that is in this buffer counts as read by the
-# client.
+# Size of the system's send buffer of a connection [bytes]. The part of an answer that is in this
+# buffer counts as read by the client, so the buffer must be small.
 _SENT = 1 << 18
 
 
@@ -63,10 +63,10 @@ def most_requests() -> int:
 
 
 class StrictParser(h11.Connection):
-    """Rejects requests that two servers may interpret differently."""
+    """HTTP parser that rejects requests that a proxy and this server may read differently."""
 
     def next_event(self) -> Any:
-        """Return the next event; raise `h11.RemoteProtocolError` for an ambiguous request."""
+        """Return the next event of h11; raise `h11.RemoteProtocolError` for ambiguous requests."""
         if self.their_state is h11.IDLE:
             head = self.trailing_data[0].partition(b"\r\n\r\n")[0]
             if _BARE.search(head):
@@ -121,7 +121,7 @@ class Connection(H11Protocol):
 
     @property
     def is_waiting(self) -> bool:
-        """True if the client has no open request, or has received all of its answer."""
+        """True if the client has no open request, or if its request has been answered."""
         # The cycle is None before the first request.
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is None or cycle.response_complete
@@ -176,7 +176,7 @@ def serve(
     """
     # Disable this logger, because it would write parts of the uploaded data.
     logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
-    # This logger reports requests that uvicorn rejected before they reached the application.
+    # Requests that uvicorn rejects do not reach the application. This logger reports them.
     refused = logging.getLogger("uvicorn.error")
     refused.addHandler(_Refusals(logging.WARNING))
     refused.propagate = False
@@ -212,11 +212,11 @@ def serve(
 
 
 def _hold(folder: str) -> int | None:
-    """Lock a folder to show that its server is alive; return None if another process holds it."""
+    """Lock a folder to show that its server is alive; None if another process has locked it."""
     try:
         import fcntl
     except ImportError:
-        # Windows lacks such locks, so folders that may be in use cannot be recognised and are never
+        # Windows lacks such locks. There a folder may be in use without a lock, so none is ever
         # removed.
         return None
     # Another user may have made a pipe or a link of this name, so open only a real folder.
@@ -264,10 +264,10 @@ def _bound(host: str, port: int) -> socket.socket:
 
 
 class _Refusals(logging.Handler):
-    """Converts uvicorn's warnings to lines of our log, without tracebacks."""
+    """Log handler that writes uvicorn's warnings as lines of our log, without tracebacks."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log a warning."""
+        """Write the message of a warning to our log."""
         _log(record.getMessage())
 
 

@@ -1,4 +1,4 @@
-"""Storage of the server: the files of each result, until they expire."""
+"""Store the files of each result on the server, until they expire."""
 
 import re
 import secrets
@@ -12,17 +12,18 @@ from unicodedata import normalize
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
 from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
-# Maximum length of a file name in characters, and in bytes. File systems allow 255 bytes.
+# Maximum length of the name of a stored file, in characters and in bytes. File systems allow 255
+# bytes.
 _LONGEST_FILE_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
-# Estimated time until the store has room for more requests [s].
+# Time after which a client may try again if too many bytes are arriving [s].
 _ROOM_IN = 5
 _UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
 
 
 @dataclass(eq=False, slots=True)
 class StoredResult:
-    """A result: its files, and the tasks on them.
+    """A stored result: its files, and the tasks that were requested for them.
 
     Attributes
     ----------
@@ -50,7 +51,7 @@ class StoredResult:
 
 
 class ResultStore:
-    """Results in a folder, each in a subfolder of its own.
+    """The stored results, each in its own subfolder of a folder.
 
     Parameters
     ----------
@@ -62,7 +63,8 @@ class ResultStore:
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits = folder, limits
         self._results: dict[str, StoredResult] = {}
-        # Size of the files that have arrived but are not stored yet, by folder [bytes].
+        # Size of the files of each request that has not become a stored result yet, by folder
+        # [bytes].
         self._arrived: dict[Path, int] = {}
 
     def __len__(self) -> int:
@@ -80,7 +82,7 @@ class ResultStore:
         return folder
 
     def grow(self, folder: Path, size: int) -> None:
-        """Count bytes that arrive for a folder from `room`.
+        """Count bytes that have arrived for a folder that `room` created.
 
         Raises
         ------
@@ -92,12 +94,12 @@ class ResultStore:
             raise BusyError(_ROOM_IN)
 
     def drop(self, folder: Path) -> None:
-        """Remove a folder from `room` that is not to be stored."""
+        """Remove a folder that `room` created, if it does not become a stored result."""
         _remove(folder)
         self._arrived.pop(folder, None)
 
     def keep(self, job: QueuedTask) -> StoredResult:
-        """Store a result, whose folder is from `room`, until it expires."""
+        """Make the folder of a task, which `room` created, a stored result until it expires."""
         task, limits = job.task, self._limits
         until = time() + limits.kept_seconds
         result = StoredResult(task.folder.name, until, task, limits.has_diagnosis, {task.kind: job})
@@ -106,7 +108,7 @@ class ResultStore:
         return result
 
     def get(self, key: str) -> StoredResult | None:
-        """Return the result with this key, or None if it is not there any more."""
+        """Return the result with this key; None if there is none, or if it has expired."""
         result = self._results.get(key)
         return None if result is None or result.until < time() else result
 
@@ -130,10 +132,11 @@ class ResultStore:
                 break
             size -= sizes[result]
             self.remove(result)
-        # Files remain if a process writes them after its result was removed. Delete their folders.
+        # A process may still write files after its result was removed. So delete folders without a
+        # result.
         for folder in self._folder.iterdir():
-            # The order of the checks matters: a result is stored before its folder stops being
-            # "arrived".
+            # The order of the checks matters: `keep` adds the result before it removes the folder
+            # from `_arrived`.
             if folder not in self._arrived and folder.name not in self._results:
                 _remove(folder)
 

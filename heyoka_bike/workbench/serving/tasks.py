@@ -1,4 +1,4 @@
-"""Tasks on uploaded files, each in a process of its own that ends if it exceeds limits.
+"""Tasks on uploaded files; each runs in its own process, which ends if it exceeds limits.
 
 The process reads ``files`` in a folder and writes ``made`` in the same folder. `Limits` contains
 the limits of the server.
@@ -82,7 +82,7 @@ class Limits:
     has_diagnosis: bool = True
 
     def of_process(self, is_long: bool) -> ProcessLimits:
-        """Return the limits of a task's process; a diagnosis is long."""
+        """Return the limits of the process of a task; `is_long` is true for a diagnosis."""
         seconds = self.diagnose_seconds if is_long else self.score_seconds
         return ProcessLimits(seconds, self.memory)
 
@@ -102,7 +102,7 @@ _LONGEST_LINE_TOLD = 500
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task on uploaded files.
+    """A request to score, diagnose or replay uploaded files.
 
     Attributes
     ----------
@@ -134,13 +134,13 @@ class Task:
     require: tuple[str, ...] = ()
 
     def made(self, suffix: str) -> Path:
-        """Return the path of the result in a format with this suffix."""
+        """Return the path of the file with this suffix that the task writes."""
         return self.folder / MADE / f"{_STEMS[self.kind]}{suffix}"
 
 
 @dataclass(frozen=True, slots=True)
 class TaskEnding:
-    """The outcome of a task.
+    """How a task has ended.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ def is_long(kind: Kind) -> bool:
 
 
 def work(task: Task, memory: int) -> dict[str, Any]:
-    """Run a task in a process of its own; return the fields of a `TaskEnding`.
+    """Run a task in the present process; return the fields of a `TaskEnding`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Result files from a request: in a form, or as its body."""
+"""Receive result files: as parts of a form, or as the body of a request."""
 
 import asyncio
 import shutil
@@ -23,7 +23,7 @@ _FILE_FIELD, _PASTED_FIELD, _NAME_FIELD = "file", "pasted", "filename"
 OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
 """Form fields in addition to the files, or parts of the query; named like the command's options."""
 
-# Maximum number of bytes of a form around and between its files.
+# Maximum number of bytes of a form in addition to its files.
 _BESIDE = 100_000
 # The only option that may be given several times, and the maximum number of form fields.
 _REPEATED = "require"
@@ -33,15 +33,15 @@ _MOST_FIELDS = 50
 _LONGEST_OPTION = 10_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
-# Forms are parsed outside of the server's event loop. Only two are parsed at a time, because their
-# fields are in memory.
+# Forms are parsed in other threads than the server's event loop. At most two are parsed at a time,
+# because their fields are in memory.
 _PARSERS = ThreadPoolExecutor(2, "forms")
 _FORM_FIELD = "form"
 _Fields = Sequence[tuple[str, str]]
 
 
 class TooLargeError(HTTPException):
-    """A request has more bytes than it may have."""
+    """A request has more bytes than the limit allows."""
 
     def __init__(self, limits: Limits) -> None:
         most = limits.upload // 1_000_000
@@ -95,8 +95,8 @@ async def receive(
     query = request.query_params.multi_items()
     if content.lower() == b"multipart/form-data":
         if parameters.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
-            # Any codec of Python could be named here, and decoding with some of them takes
-            # extremely long.
+            # A client could name any codec of Python, and some of them decode extremely slowly. So
+            # allow only UTF-8.
             raise InputError("found a form in another encoding, expected UTF-8")
         await save(folder / _FORM_FIELD)
         files, fields = await asyncio.get_running_loop().run_in_executor(
@@ -116,7 +116,7 @@ async def receive(
 
 
 async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[str], _Fields]:
-    """Write the files of a form to the folder; return their names and the filled fields."""
+    """Write the files of a form to a folder; return their names and the fields with a value."""
     body = folder / _FORM_FIELD
     try:
         with body.open("rb") as file:
@@ -179,7 +179,7 @@ def _task(kind: Kind, folder: Path, files: Sequence[str], fields: _Fields) -> Ta
 
 
 def _options(told: _Fields) -> dict[str, list[str]]:
-    """Return the options sent with the files, by name.
+    """Return the values of the options that were sent with the files, by name.
 
     Raises
     ------

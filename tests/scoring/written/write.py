@@ -66,7 +66,7 @@ moved.set_index("time").to_hdf(here / "pandas-index.h5", key="df", format="fixed
 moved.to_csv(here / "pandas-unnamed.csv", index_label=False)
 moved.rename(columns=lambda name: name.replace("_", ".", 1)).to_csv(here / "paths.csv", index=False)
 
-# A trajectory in the form of Dymola and OpenModelica, with a parameter and additional variables
+# A trajectory in the format of Dymola and OpenModelica, with a parameter and an additional variable
 variables = [*order, "m1.rear.speed"]
 lines = np.column_stack([moved.to_numpy(), -moved.to_numpy()[:, 1]]).T
 text = [name.ljust(max(map(len, variables))) for name in ["p.mass", *variables]]

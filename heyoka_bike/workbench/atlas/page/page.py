@@ -51,7 +51,7 @@ _LAST_VALUE, _NO_VALUE = 65534, 65535
 
 @dataclass(frozen=True, slots=True)
 class Packed:
-    """Numbers as integers k of 16 bits.
+    """Numbers that are stored as integers k of 16 bits.
 
     A number is ``low + (high - low) k / 65534``, or ten to that power. For powers k = 0 means zero.
     65535 stands for a missing value.
@@ -72,7 +72,7 @@ class Packed:
 
     @classmethod
     def of(cls, values: Array, *, is_log: bool) -> Packed:
-        """Pack numbers; values that cannot be represented become missing, or zero for powers."""
+        """Pack numbers: NaN and infinity become missing; among powers, negative values become 0."""
         flat = np.asarray(values, dtype=float).ravel()
         is_there = np.isfinite(flat)
         kept = is_there & (flat > 0) if is_log else is_there
@@ -85,9 +85,10 @@ class Packed:
 
     @property
     def precision(self) -> float:
-        """The largest error of a number: absolute, or relative for powers."""
+        """The largest rounding error of a stored number: absolute, or relative for powers."""
         half = (self.high - self.low) / _LAST_VALUE / 2
-        # Code 0 stands for zero, so the lowest power has code 1.
+        # Among powers, code 0 stands for zero. So the smallest power has code 1, and its error is a
+        # whole step, not half a step.
         return float(10 ** (2 * half) - 1) if self.is_log else half
 
     def text(self) -> str:
@@ -119,7 +120,7 @@ _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 
 
 def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
-    """Functions and names for ``motion.js``.
+    """Return functions and constants for ``motion.js``, as JavaScript.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
 
 
 def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equations:
-    """Return equations whose constants are rounded once, or formulas of the free parameters."""
+    """Return equations with constants rounded once, or with formulas of the `free` parameters."""
     if not free:
         return Equations.binary64(bicycle).convert(code.literal, code)
     p: dict[str, Number] = {symbol: value.rational for symbol, value in bicycle.values.items()}
@@ -187,7 +188,8 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 _HERE = Path(__file__).parent
 _BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
-# Maximum length of a text of the provenance; longer texts, such as the inputs, are not shown.
+# Maximum length of a provenance entry [characters]; longer entries, such as the inputs, are not
+# shown.
 _LETTERS_OF_SOURCE = 200
 _SHAPES = 9  # number of drawings along an axis that changes the bicycle
 _CURVE = 25  # number of points of a curve of speeds
@@ -199,7 +201,7 @@ _SAID_OF_FATES = {
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
-# Words before the time at which a fate is decided.
+# Words between a fate and the time at which it was decided, if not ``, settled after``.
 _WHEN_OF_FATES = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
@@ -253,7 +255,7 @@ def render(atlas: Atlas) -> str:
 
 
 def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
-    """Return the controls of the map."""
+    """Return the HTML of the controls of the map, by placeholder of page.html."""
     options = "".join(
         f'<option value="{name}">{escape(_SHOWN_OF_LAYERS[name][0])}</option>' for name in packed
     )
@@ -273,7 +275,7 @@ def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
 
 
 def _of_words(packed: dict[str, Packed]) -> dict[str, str]:
-    """Return the meanings of words and the precision of the numbers."""
+    """Return HTML with the meanings of the fates and the precision of the stored numbers."""
     fates = "".join(
         f"<dt>{escape(_SAID_OF_FATES.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
         for name, meaning in FATES.items()
@@ -331,7 +333,7 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
 
 
 def _energy(atlas: Atlas) -> list[list[list[float]]]:
-    """Return the starts with the energy of straight running at the ends of the stable range."""
+    """Return a curve for each critical speed: the starts that have the energy at that speed."""
     names = tuple(axis.name for axis in atlas.axes)
     if names != ("speed", "roll_rate") or any(atlas.start[n] for n in START if n not in names):
         return []
