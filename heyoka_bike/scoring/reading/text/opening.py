@@ -52,8 +52,8 @@ MOST_COLUMNS = 20_000
 """Maximum number of columns of a text, because names and digits are examined for each column."""
 
 MOST_ABOVE = 10_000
-"""Maximum number of lines that are searched for the first row of numbers, apart from blank lines and
-comments, so that the effort does not grow with the text."""
+"""Maximum number of lines in which the first row of numbers is searched for, apart from blank lines
+and comments, so that the effort does not grow with the text."""
 
 # Maximum number of names, in all lines together, among which the heading is searched for.
 _MOST_NAMES = 2 * MOST_COLUMNS
