@@ -72,7 +72,7 @@ def digits(relative: float | None) -> float | None:
 
 
 def digits_of(error: float, scale: float) -> float:
-    """Return the correct digits of an error; the most possible if the scale is zero."""
+    """Return the correct digits of an error relative to a scale; the maximum if the scale is 0."""
     return digits(error / scale if scale else 0.0) or 0.0
 
 
