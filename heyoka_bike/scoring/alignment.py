@@ -43,11 +43,11 @@ SUMMED = 1e-10
 """Error of a time after summing a million steps in binary64, as a fraction of the duration."""
 
 ROWS_COMPARED = 251
-"""Rows per maneuver that distinguish two motions: a run lasts 200 times the fastest time
-constant."""
+"""Number of rows per maneuver that distinguish two motions, because a run lasts 200 times the fastest
+time constant."""
 
 MOST_SAMPLED = 4001
-"""Rows per maneuver that suffice to distinguish columns, units and maneuvers."""
+"""Number of rows per maneuver that suffice to distinguish columns, units and maneuvers."""
 
 # Relative error (in scales) above which the values of a column do not show its quantity.
 MEANINGLESS_ERROR = 0.5

@@ -83,7 +83,7 @@ _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
 """Largest relative error of a column that hardly varies, such as a speed, for its unit to be
-recognised. Units that are not tried, such as ft/s, may be within a tenth of one that is."""
+recognised. A unit that is not tried, such as ft/s, may differ from a tried unit by only a tenth."""
 # Natural logarithm of the prior odds of an expected definition against any other definition.
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # Natural logarithm of the prior odds that a column has one of the known definitions.

@@ -39,8 +39,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     Raises
     ------
     InputError
-        Columns that cannot be identified, a maneuver that is not in the reference, or a time that
-        is not finite.
+        Columns cannot be identified, a maneuver is not in the reference, or a time is not finite.
     """
     known, seen = _of_the_reference(tables, request)
     for table in known:

@@ -60,7 +60,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     Parameters
     ----------
     chunks
-        The text after its mark, cut anywhere.
+        The parts of the text after its byte order mark.
     encoding
         See `encoding_of`. Bytes that are not valid UTF-8 are read as Latin-1.
     request
@@ -69,7 +69,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     Raises
     ------
     InputError
-        A line that is too long, or text that is not in that encoding.
+        A line is too long, or the text is not in this encoding.
     """
     errors = "latin-1" if encoding == "utf-8" else "strict"
     plain = codecs.getincrementaldecoder(encoding)(errors)

@@ -165,7 +165,8 @@ def _with_known_beside(
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
     """Add evidence of similar columns in neighbouring arrays to the first table of maneuvers.
 
-    ``maneuver_2_old/roll_angle``, or a table of the same size, may be what the program computed.
+    ``maneuver_2_old/roll_angle``, or a table of the same size, may contain the actual results of
+    the program.
     """
     request = group.request
     lost = [

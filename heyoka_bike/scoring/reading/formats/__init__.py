@@ -26,7 +26,7 @@ _KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
 _MATLAB_TEXT = 512
 _SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
 STREAM_OF_ARROW = b"\xff\xff\xff\xff"
-"""What a stream of Arrow begins with, and no text does."""
+"""First bytes of a stream of Arrow, with which no text begins."""
 
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
@@ -185,7 +185,7 @@ def why_not_read(head: bytes, suffix: str) -> str:
 
 
 TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
-"""The formats in the order in which people know them."""
+"""The formats in the order in which messages list them: text first."""
 
 
 def listed(last: str = "or", *, with_packages: bool = False) -> str:

@@ -72,7 +72,7 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Too large.
+        The table is too large.
     ImportError
         pyarrow is not installed.
     """
