@@ -43,8 +43,8 @@ SUMMED = 1e-10
 """Error of a time after summing a million steps in binary64, as a fraction of the duration."""
 
 ROWS_COMPARED = 251
-"""Number of rows per maneuver that distinguish two motions, because a run lasts 200 times the fastest
-time constant."""
+"""Number of rows per maneuver that distinguish two motions, because a run lasts 200 times the
+fastest time constant."""
 
 MOST_SAMPLED = 4001
 """Number of rows per maneuver that suffice to distinguish columns, units and maneuvers."""
@@ -55,7 +55,7 @@ MEANINGLESS_ERROR = 0.5
 # program produces them on purpose. Values below the inverse of the limit are read as zero, because
 # their products underflow.
 _LARGEST_VALUE = 1e150
-# Number of each of these units in a second.
+# Number of these units in a second, by the name of the unit.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 # Units of time that are larger than a second [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
@@ -97,7 +97,7 @@ class FileInfo:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Part(Rows):
-    """Rows of one maneuver within the run of its reference.
+    """The rows of one maneuver that are within the run of its reference.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class Part(Rows):
 
     @property
     def number(self) -> int:
-        """The number of the maneuver, from 1."""
+        """Number of the maneuver, from 1."""
         return self.maneuver
 
     def has_values(self) -> bool:

@@ -78,7 +78,7 @@ _LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
 # Natural logarithm of the prior odds against rows that are written differently. In one file in a
 # thousand, the first row or a whole maneuver is written differently from the other rows.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# The typical error leaves out the largest errors: one in this many.
+# For every this many rows, the typical error leaves out one row: the row with the largest error.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
@@ -454,8 +454,8 @@ def _choose(
     if not _has_enough_rows(key, typical, samples):
         return replace(plain(key), unit=assumed[0], sign=assumed[1])
     if not _is_near(key, typical, samples):
-        # The motion is wrong. A unit of this column is credible only if the first row of another
-        # column shows this unit.
+        # The motion is wrong. Accept a unit other than the assumed one only if the first row of
+        # another column shows it.
         units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
         possible = [
             i for i, (unit, sign) in enumerate(pairs) if unit in units and sign == assumed[1]
@@ -587,7 +587,7 @@ def _with_odds_against_unknown(
             continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
-        # A few bad rows do not indicate another definition.
+        # Ignore a few bad rows, because they do not indicate another definition.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)

@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Severity(StrEnum):
-    """Importance of a finding."""
+    """How serious a finding is."""
 
     INFO = "info"
     """How the file was interpreted; nothing is wrong."""

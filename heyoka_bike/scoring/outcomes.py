@@ -31,7 +31,7 @@ class WorstValue:
 
 @dataclass(frozen=True, slots=True)
 class NoSuchManeuver:
-    """The file has no such maneuver."""
+    """The file does not contain the required maneuver."""
 
     maneuver: int
 
@@ -119,7 +119,7 @@ class NothingCompared:
 
 @dataclass(frozen=True, slots=True)
 class EnergyDoesNotCount:
-    """Eq. (1) of a maneuver does not count, for this reason."""
+    """Eq. (1) of a maneuver does not count, for the given reason."""
 
     maneuver: int
     reason: DoesNotCount

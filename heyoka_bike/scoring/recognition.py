@@ -44,9 +44,10 @@ conditions, whatever the equations are."""
 # Rows are near a maneuver if their relative difference from it, beyond the rounding of their
 # digits, is at most this.
 NEAR = 0.01
-# First rows have given initial conditions if their relative difference from these is at most EXACT.
-# They surely have different ones if it is at least FAR, because the values then differ by a factor
-# of 3. A mistake may turn a speed of 4 m/s into 4.67 m/s, which is between the two limits.
+# The first rows have certain initial conditions if their relative difference from these is at most
+# EXACT. They surely have different ones if the difference is at least FAR, because the values then
+# differ by a factor of 3. A mistake may turn a speed of 4 m/s into 4.67 m/s, which is between the
+# two limits.
 EXACT, FAR = TOLERANCE, 0.5
 # Maximum number of rows of a span that are compared. More rows would not change the result.
 MOST_ROWS_OF_SPAN = 16

@@ -111,7 +111,7 @@ class Report(Scored, IdentityMapping[int, ManeuverScore]):
 
     @property
     def grades(self) -> list[Grade]:
-        """Grades of all columns; the file has the worst of them."""
+        """Grades of all columns; the worst of them is the grade of the file."""
         return [c.grade for m in self.maneuvers for c in m.columns]
 
     @property

@@ -119,7 +119,7 @@ def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore
 
 
 def converge(runs: Sequence[Run]) -> tuple[Convergence, ...]:
-    """Return the convergence of every column that is in more than one run."""
+    """Return the convergence of every column that more than one run contains."""
     steps = [run.step for run in runs]
     return tuple(
         _converge(maneuver, key, columns, steps)

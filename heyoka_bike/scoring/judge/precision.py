@@ -22,7 +22,7 @@ _ROWS_LOOKED_AT = 4000
 # 1.7e-8 to 3.4e-8 (root mean square). Computing a value from several rounded ones causes a few
 # times as much.
 _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
-# Minimum fraction of the columns that must have this noise for single precision to be reported.
+# Minimum fraction of the columns with noise of this size for single precision to be reported.
 _PART_OF_COLUMNS = 2 / 3
 
 

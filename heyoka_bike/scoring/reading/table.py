@@ -17,7 +17,7 @@ from heyoka_bike.scoring.reading.results import Quantum
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReadColumn:
-    """A column as it was read.
+    """A column as it was read, with its resolution.
 
     Attributes
     ----------

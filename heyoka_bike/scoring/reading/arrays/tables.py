@@ -175,7 +175,7 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
         if group_number(name) is None and len(x.shape) == 2 and {*x.shape} & {*request.widths}
     ]
     others = {name: x for name, x in group.groups.items() if group_number(name) is None}
-    # If a name occurs twice in these groups, they are not searched for columns.
+    # If a name occurs twice in the other groups, do not search them for columns.
     with suppress(InputError):
         every = ArrayGroup(others, request).with_all_below()
         for name, x in every.arrays.items():

@@ -25,14 +25,13 @@ from heyoka_bike.scoring.reading.names.heading import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
-# Beginning of the name of a block, which contains all columns of one type of a data frame of
-# pandas.
+# Beginning of the name of a block, in which pandas stores all columns of one type of a data frame.
 _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 _BYTES_OF_LETTER = 4
-# A row of texts is refused if it would exceed the limit by more than this factor, provided that
-# every text were as long as the file. The true lengths are known only after reading.
+# A row of texts is refused if it would exceed the memory limit by more than this factor, with every
+# text as long as the file. The true lengths are known only after reading.
 _MOST_TIMES = 10
 
 
@@ -211,7 +210,7 @@ class _OwnFile:
             return found.T if self._is_turned else found
 
     def _claim_unpacked(self, dataset: Any) -> None:
-        """Spend the memory that an array takes beyond its stored bytes, once for each array."""
+        """Count the memory that unpacking an array adds, once for each array, against the limit."""
         place = h5py.h5o.get_info(dataset.id).addr
         if place not in self._unpacked:
             self._unpacked.add(place)

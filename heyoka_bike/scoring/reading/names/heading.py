@@ -107,7 +107,7 @@ _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading, and the properties of its column that it names.
+    """A heading, and the properties of its column that it states.
 
     Attributes
     ----------
@@ -214,12 +214,12 @@ def quantity_of(name: str) -> str | None:
 
 
 def is_known(name: str) -> bool:
-    """True if the name is that of a column, or of the times."""
+    """True if a name is that of a column, or of the times."""
     return parse_heading(name).key is not None
 
 
 def is_time(name: str) -> bool:
-    """True if the name is that of the times."""
+    """True if a name is that of the times."""
     return parse_heading(name).is_time
 
 
@@ -319,7 +319,7 @@ def maneuvers_in(text: str) -> list[int]:
 
 
 def is_maneuver(name: str) -> bool:
-    """True if a column of this name tells the maneuver of each row."""
+    """True if a column of this name contains the maneuver number of each row."""
     return WORD_BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
 
 

@@ -142,7 +142,7 @@ def _from_one(found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
 
 
 def _without_speeds(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
-    """Remove the meaning of columns u, unless they are in joules, if there are coordinates q."""
+    """Remove the meaning of columns u without joules if there are coordinates q."""
     if not any(map(is_coordinate, names)):
         return found
     units = [split_unit(name) for name in names]

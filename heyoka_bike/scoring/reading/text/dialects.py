@@ -23,8 +23,8 @@ _DECIMAL_NUMBER = re.compile(
     r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:`{1,2}[0-9.]*)?"
     r"(?:(?:[eEdDqQ]|\*\^)([+-]?[0-9]+)|([+-][0-9]{3}))?"
 )
-# Most rows contain only numbers of this plain form. Matching all numbers of a row together is seven
-# times as fast as matching them one by one.
+# Plain form of a number, which most rows contain only. Matching all numbers of a row together is
+# seven times as fast as matching them one by one.
 _PLAIN_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _MANY_NUMBERS = re.compile(rf"{_PLAIN_NUMBER}(?:\n{_PLAIN_NUMBER})*")
 # The pattern includes the forms that Microsoft's C library used to write, such as 1.#INF.
