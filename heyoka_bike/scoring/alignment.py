@@ -43,28 +43,29 @@ SUMMED = 1e-10
 """Error of a time after summing a million steps in binary64, as a fraction of the duration."""
 
 ROWS_COMPARED = 251
-"""Rows per maneuver that distinguish two motions: a run lasts 200 times the fastest time
-constant."""
+"""Number of rows per maneuver that distinguish two motions, because a run lasts 200 times the
+fastest time constant."""
 
 MOST_SAMPLED = 4001
-"""Rows per maneuver that suffice to distinguish columns, units and maneuvers."""
+"""Number of rows per maneuver that suffice to distinguish columns, units and maneuvers."""
 
 # Relative error (in scales) above which the values of a column do not show its quantity.
 MEANINGLESS_ERROR = 0.5
-# Values above this limit are read as NaN, because a product of two of them would overflow and no
-# program means them. Values below the inverse of the limit are read as zero, because their products
-# underflow.
+# Values above this limit are read as NaN, because a product of two of them would overflow, and no
+# program produces them on purpose. Values below the inverse of the limit are read as zero, because
+# their products underflow.
 _LARGEST_VALUE = 1e150
-# Number of each of these units in a second.
+# Number of these units in a second, by the name of the unit.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 # Units of time that are larger than a second [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
-# Fraction of the reference's duration that times must span for their unit to be recognised.
+# Fraction of the reference's duration that the times must span for their unit to be recognised.
 _SHORTEST_RUN = 0.1
 # Distance from the named maneuver, in scales, above which other maneuvers and other orders of the
 # columns are tried.
 _FAR_FROM_MANEUVER = 1.0 / CLEARLY
-# Times that begin later than this many durations of the run were read from a clock.
+# Times that begin later than this many durations of the run were read from a clock, so the first of
+# them is subtracted.
 _LONG_AGO = 1e5
 # Range of the seconds since 1970 in the years 2001 to 2096, and the units in which clocks count.
 _TODAY = (1e9, 4e9)
@@ -96,7 +97,7 @@ class FileInfo:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Part(Rows):
-    """Rows of one maneuver within the run of its reference.
+    """The rows of one maneuver that are within the run of its reference.
 
     Attributes
     ----------
@@ -110,7 +111,7 @@ class Part(Rows):
 
     @property
     def number(self) -> int:
-        """The number of the maneuver, from 1."""
+        """Number of the maneuver, from 1."""
         return self.maneuver
 
     def has_values(self) -> bool:
@@ -118,16 +119,16 @@ class Part(Rows):
         return any(np.isfinite(v).any() for v in self.values.values())
 
     def within_run(self) -> Part:
-        """The rows whose times, perhaps of another clock, are within the reference's run."""
+        """Return the rows whose times are within the reference's run."""
         return self.at((self.time >= 0.0) & (self.time <= float(self.reference.duration)))
 
     def at_distinct_times(self) -> Part:
-        """The rows without those that repeat the time of the row before, within rounding."""
+        """Return the rows without those that have the time of the row before, within rounding."""
         later = np.diff(self.time) > SUMMED * float(self.reference.duration)
         return self if later.all() else self.at(np.append(True, later))
 
     def sample(self) -> NDArray[np.intp]:
-        """Indices of at most `MOST_SAMPLED` rows, evenly spaced."""
+        """Return the indices of at most `MOST_SAMPLED` rows, evenly spaced."""
         return spread(len(self.time), MOST_SAMPLED)
 
 
@@ -246,7 +247,7 @@ def are_even(time: Array, step: float) -> bool:
 
 
 def _with_reference_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
-    """Load the reference's columns for all results; leave out results that it does not have."""
+    """Load the reference's columns for all results; leave out columns that the reference lacks."""
     written = {key for rows in results.maneuvers for key in rows.values}
     if written <= reference[1].definitions.keys():
         return results, reference
@@ -268,7 +269,7 @@ def _with_reference_columns(results: Results, reference: Reference) -> tuple[Res
 
 
 def _with_times_in_seconds(results: Results, duration: float) -> Results:
-    """Convert times to seconds from the start if they have another unit or are of a clock."""
+    """Convert times in another unit, and times that a clock shows, to seconds from the start."""
     maneuvers, seen = [], list(results.seen)
     for rows in results.maneuvers:
         time = (rows.time, rows.time_lo)
@@ -291,7 +292,7 @@ def _with_times_in_seconds(results: Results, duration: float) -> Results:
 
 
 def _unit_of_clock(time: float) -> str:
-    """Return the unit in which a clock's time counts from 1970; seconds if it does not."""
+    """Return the unit of a clock's time since 1970; seconds if it counts from another time."""
     of_today = (u for u in _UNITS_OF_CLOCKS if _TODAY[0] < time * factor(u)[0] < _TODAY[1])
     return next(of_today, "s")
 
@@ -357,8 +358,8 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     """Mark the speed as the rate of a wheel [rad/s] if its values fit that clearly better."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
-    # If a wheel's rate in rad/s is read as a speed in km/h, the error is only 7 %: a wheel with a
-    # radius of 0.3 m that turns at 1 rad/s rolls at 1.08 km/h.
+    # The limit is below 7 %, because a wheel's rate in rad/s that is read as a speed in km/h is
+    # wrong by only 7 %: a wheel with a radius of 0.3 m that turns at 1 rad/s rolls at 1.08 km/h.
     if own <= MEANINGLESS_ERROR / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
@@ -372,7 +373,8 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
 def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Evidence, ...]]]:
     """Return the maneuver of each block of rows, and evidence of how an unnamed one was recognised.
 
-    A block that may belong to several maneuvers gets one that no other block has, if there is one.
+    A block that may belong to several maneuvers gets a maneuver that no other block has, if there
+    is one.
     """
     found = {
         i: _recognised(results, rows, reference)
@@ -468,7 +470,7 @@ def _evidence_of_exchange(
 
 
 def _another_order(part: Part) -> dict[str, str]:
-    """Return the key that fits each column's values, if columns are exchanged; else nothing.
+    """Return the key that fits each column's values if columns are exchanged; else an empty dict.
 
     All rows are compared. If the motion is wrong later, only the first row is compared, in the
     columns with nonzero initial conditions.
@@ -540,7 +542,7 @@ def _parts_of_every_maneuver(rows: Rows, reference: Reference) -> dict[int, Part
 def _rows_within_run(
     rows: Rows, number: int, reference: ReferenceManeuver
 ) -> tuple[Part, tuple[Evidence, ...]]:
-    """Return the rows within the run, or just beyond its end, where summed steps may lead."""
+    """Return the rows within the run, and evidence; sums of steps may slightly exceed its end."""
     end, hi = float(reference.duration), rows.time
     is_early = (hi < 0) | ((hi == 0) & (rows.time_lo < 0))
     keep = ~(is_early | (hi > reference.reach))
@@ -567,7 +569,7 @@ def _rows_within_run(
 
 
 def _evidence_of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
-    """Return evidence of a larger unit of times: angles change far more than their rates allow."""
+    """Return evidence that times have a larger unit: angles change far more than rates allow."""
     span, end = float(np.ptp(part.time)), float(part.reference.duration)
     units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
     if not units or max(_change_over_rate(part, kind) for kind in ("roll", "steer")) <= CLEARLY:
@@ -576,12 +578,12 @@ def _evidence_of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
 
 
 def _is_whole_run(span: float, duration: float) -> bool:
-    """True if times span at least a tenth of the run, and at most all of it within tolerance."""
+    """True if times span at least a tenth of the run, and at most the run within tolerance."""
     return _SHORTEST_RUN * duration <= span <= duration * (1.0 + TOLERANCE)
 
 
 def _change_over_rate(part: Part, kind: str) -> float:
-    """Return the total change of an angle over the integral of its rate's size; 0 if unknown."""
+    """Return the total change of an angle divided by the integral of |rate|; 0 if unknown."""
     keys = (f"{kind}_angle", f"{kind}_rate")
     if not all(key in part.values for key in keys):
         return 0.0
@@ -593,7 +595,8 @@ def _change_over_rate(part: Part, kind: str) -> float:
     time, size = part.time[good], np.abs(rate[good])
     off = size - np.abs(part.reference.approximate(time, keys[1:])[keys[1]])
     if median(np.abs(off)) < _FAR_FROM_MANEUVER * part.reference.scale(keys[1]):
-        # The rate is right at the times as written. So the angle is in a wrong unit, not the time.
+        # The rate is right at the times as written. So the angle is in the wrong unit, not the
+        # time.
         return 0.0
     added = float(np.sum(np.diff(time) * (size[1:] + size[:-1]) / 2))
     change = float(np.sum(np.abs(np.diff(angle[good]))))
@@ -614,7 +617,7 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
 
 
 def _unit_question(times: Array, end: float) -> str:
-    """Return the end of a message: a question if most times seem to be in a smaller unit."""
+    """Return a question for the end of a message if most times seem to be in a smaller unit."""
     unit = _likely_smaller_unit(times, end)
     return f"; are the times in {unit}?" if unit else ""
 

@@ -1,4 +1,4 @@
-"""Interpretation of the columns of a file: definition, sign, unit and zero that fit best.
+"""Find the definition, sign, unit and zero of each column of a file that fit its values best.
 
 The benchmark text prescribes none of them, so a different definition is no error. Each candidate is
 compared with the reference, and the likeliest one over all maneuvers of the file together is
@@ -71,23 +71,23 @@ from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
-# An error curve counts as this many independent values. Error curves of programs have about five
-# (the participation ratio of their spectra). With three, wrong claims are rarer than the odds
-# allow, for runs from a quarter of a second to ten seconds, see docs/measures.md.
+# In likelihoods, an error curve counts as this many independent values. Error curves of programs
+# have about five (the participation ratio of their spectra). With three, wrong claims are rarer
+# than the odds allow, for runs from a quarter of a second to ten seconds, see docs/measures.md.
 _INDEPENDENT_VALUES = 3
 _LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
-# Prior odds against an odd row. In one file in a thousand, the first row or a whole maneuver is
-# written differently from the other rows.
+# Natural logarithm of the prior odds against rows that are written differently. In one file in a
+# thousand, the first row or a whole maneuver is written differently from the other rows.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# The typical error leaves out the rows with the largest errors: one row in this many.
+# For every this many rows, the typical error leaves out one row: the row with the largest error.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
 """Largest relative error of a column that hardly varies, such as a speed, for its unit to be
-recognised. Units that are not tried, such as ft/s, may be within a tenth of one that is."""
-# Prior odds of an expected definition against any other definition.
+recognised. A unit that is not tried, such as ft/s, may differ from a tried unit by only a tenth."""
+# Natural logarithm of the prior odds of an expected definition against any other definition.
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
-# Prior odds that a column has one of the known definitions.
+# Natural logarithm of the prior odds that a column has one of the known definitions.
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 
@@ -107,7 +107,7 @@ class Understanding:
     column : Column
         The definition.
     unit, sign, offset, offset_lo
-        SI value = sign * (value in unit) - offset - offset_lo, the latter far smaller.
+        SI value = sign * (value in unit) - offset - offset_lo, where offset_lo is far smaller.
     indistinguishable : tuple of str
         Definitions that the file cannot distinguish from this one.
     odds : mapping of str to float
@@ -172,7 +172,7 @@ Understandings = Mapping[str, Understanding]
 
 
 def plain(key: str) -> Understanding:
-    """Read a column as written: default definition, SI unit, right positive, zero at the floor."""
+    """Return the interpretation of a column as written, with the default definition in SI units."""
     column = COMPARED[key][0]
     return Understanding(column, column.unit)
 
@@ -246,7 +246,7 @@ class Sample:
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def start(self, key: str) -> float:
-        """Return the initial value in the default definition; 0 if it is small or has no row."""
+        """Return the initial value in the default definition; 0 if small or without a first row."""
         first = float(self.expected[self.definitions[key][0].name][0])
         return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
@@ -256,16 +256,17 @@ class Sample:
     def log_likelihoods(
         self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
     ) -> Array:
-        """Return log likelihoods of candidates, up to a constant that is the same for all.
+        """Return the log likelihoods of candidate interpretations, up to a common constant.
 
-        They are computed together: there are some hundred candidates, each with some hundred rows.
+        All candidates are compared at once, because there are some hundred of them, each with some
+        hundred rows.
 
         Parameters
         ----------
         key, candidates
         error_of_motion
-            Error that the motion itself may have in this column [SI]. Smaller errors are chance:
-            they count as if they were as large.
+            Error that the motion itself may have in this column [SI]. Smaller errors are due to
+            chance, so they count as errors of this size.
         """
         factors = np.array([u.factor for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
@@ -284,12 +285,12 @@ class Sample:
         return np.asarray(-_INDEPENDENT_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
-        """Return the log likelihood that the column is constant, comparable to the others."""
+        """Return the log likelihood that a column is constant, comparable to `log_likelihoods`."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
         return -_INDEPENDENT_VALUES * float(np.log(max(varies, self.smallest(key, u))))
 
     def moves(self, key: str) -> float:
-        """Return the size relative to which errors of the motion in a column are compared [SI]."""
+        """Return the size [SI] by which errors are divided to compare errors of several columns."""
         if "kinetic_energy" not in self.values:
             return self.scale[key]
         if key in _ENERGY_KEYS:
@@ -320,18 +321,18 @@ class Sample:
         return float(np.min(_typical_sizes(np.abs(errors)))) / varies
 
     def typical(self, key: str, u: Understanding) -> float:
-        """Return the root mean square error without the largest, at least the resolution [SI]."""
+        """Return the rms error [SI] without its largest hundredth; at least the resolution."""
         found = _typical_sizes(np.abs(self.error(key, u))[None])
         return max(float(found[0]), self.smallest(key, u))
 
     def smallest(self, key: str, u: Understanding) -> float:
-        """Return the smallest error that the digits written, and binary64, can show [SI]."""
+        """Return the smallest error [SI] that the digits written and binary64 can show."""
         written, known = self.floor[key]
         return max(written * factor(u.unit)[0], known)
 
 
 def _typical_sizes(errors: Array) -> Array:
-    """Return root mean squares of each row without its largest hundredth, as `rms` does."""
+    """Return the rms of each row of errors without its largest hundredth, without overflow."""
     kept = errors.shape[1] - errors.shape[1] // _ROWS_FOR_ONE_LEFT_OUT
     if kept < errors.shape[1]:
         errors = np.partition(errors, kept, axis=1)[:, :kept]
@@ -353,7 +354,7 @@ def _log_product(sizes: Iterable[float]) -> float:
 
 
 def _log_prior(key: str, column: Column, found: Understandings) -> float:
-    """Return the prior odds of a definition against another, as a natural logarithm."""
+    """Return the natural log of the prior odds of a definition against an unexpected one."""
     angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
     attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
@@ -368,19 +369,19 @@ def _units_and_signs(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
 
 
 def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
-    """Return the unit that the heading of a column names, if any."""
+    """Return the unit that the heading of a column names; None if it names none."""
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
 def _units_and_signs_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
-    """Return unit and sign of columns that equal the initial conditions in only one way."""
+    """Return the only unit and sign with which the first value equals the initial value, by key."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
         having = [s for s in samples if key in s.values and s.start(key)]
         fitting = [
-            way
-            for way in _units_and_signs(key, samples)
-            if all(_begins(s, key, *way) for s in having)
+            pair
+            for pair in _units_and_signs(key, samples)
+            if all(_begins(s, key, *pair) for s in having)
         ]
         if having and len(fitting) == 1:
             found[key] = fitting[0]
@@ -439,46 +440,48 @@ def _choose(
     """
     columns = samples[0].definitions[key]
     assumed = _assumed_unit_and_sign(key, samples, starts)
-    ways = _units_and_signs(key, samples)
-    candidates = [Understanding(c, *way) for way in ways for c in columns]
+    pairs = _units_and_signs(key, samples)
+    candidates = [Understanding(c, *pair) for pair in pairs for c in columns]
     before = np.array([_log_prior(key, c, found) for c in columns])
-    likely = np.tile(before, len(ways)) + np.sum(
+    likely = np.tile(before, len(pairs)) + np.sum(
         [s.log_likelihoods(key, candidates) for s in samples], axis=0
     )
-    # Each row is a unit with a sign, and each column is a definition. argmax takes the first
-    # maximum, so the default wins ties.
-    table = likely.reshape(len(ways), -1)
-    way, row_assumed = int(np.argmax(table.max(axis=1))), ways.index(assumed)
+    # Each row of the table is a unit with a sign, and each column is a definition. argmax takes the
+    # first maximum, so the default wins ties.
+    table = likely.reshape(len(pairs), -1)
+    row, row_assumed = int(np.argmax(table.max(axis=1))), pairs.index(assumed)
     best = _with_free_zero(key, candidates[int(np.argmax(likely))], samples)
     typical = _typical(key, best, samples)
     if not _has_enough_rows(key, typical, samples):
         return replace(plain(key), unit=assumed[0], sign=assumed[1])
     if not _is_near(key, typical, samples):
-        # The motion is wrong. A unit of this column is credible only if the first row of another
-        # column shows this unit.
+        # The motion is wrong. Accept a unit other than the assumed one only if the first row of
+        # another column shows it.
         units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
         possible = [
-            i for i, (unit, sign) in enumerate(ways) if unit in units and sign == assumed[1]
+            i for i, (unit, sign) in enumerate(pairs) if unit in units and sign == assumed[1]
         ]
-        way = max((row_assumed, *possible), key=lambda i: table[i].max())
-    if float(table[way].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
-        way = row_assumed
-    # A wrong motion may be nearest to any definition. Differences below the error of the motion are
-    # due to chance.
-    of_way = [Understanding(c, *ways[way]) for c in columns]
+        row = max((row_assumed, *possible), key=lambda i: table[i].max())
+    if float(table[row].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
+        row = row_assumed
+    # If the motion is wrong, it is by chance which definition it is nearest to. So differences
+    # below the error of the motion do not count.
+    alike = [Understanding(c, *pairs[row]) for c in columns]
     by_definition = before + np.sum(
-        [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
+        [s.log_likelihoods(key, alike, e) for s, e in zip(samples, errors_of_motion, strict=True)],
         axis=0,
     )
     chosen = int(np.argmax(by_definition))
-    taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
+    taken = _with_free_zero(key, Understanding(columns[chosen], *pairs[row]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
         # A constant column, such as the speed in the linear equations, is nearest to the definition
-        # that varies the least. This does not indicate that the column has this definition.
+        # that varies the least. This does not show that the column has this definition, so assume
+        # the default.
         return replace(taken, column=columns[0])
     less = by_definition[chosen] - by_definition
-    # Claims are based on the values alone, so prior odds in favour of the choice do not count.
+    # The values alone must justify a claim, so prior odds in favour of the chosen definition do not
+    # count.
     shown = less - np.maximum(before[chosen] - before, 0.0)
     others = [i for i in range(len(columns)) if i != chosen]
     return replace(
@@ -491,10 +494,10 @@ def _choose(
 
 
 def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Understanding:
-    """Return the interpretation with the first row's offset, if that explains the errors.
+    """Return the interpretation with the first row's error as offset, if that explains the errors.
 
-    The first row is that of the first maneuver that has the column. The offset explains the errors
-    if it clearly reduces the typical error in every maneuver.
+    The first row is that of the first maneuver that contains the column. The offset explains the
+    errors if it clearly reduces the typical error in every maneuver.
     """
     if key not in FREE_ZERO:
         return u
@@ -512,7 +515,7 @@ def _has_enough_rows(key: str, typical: _Typical, samples: Sequence[Sample]) -> 
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
-    """True if the typical error is below half the root mean square of the column itself.
+    """True if the typical error is below half the rms of the column (2 % if it hardly varies).
 
     A column of zeros, or of noise in a unit that makes it tiny, has an error as large as the
     column.
@@ -531,7 +534,7 @@ def _motion_error(
     without: Collection[str] = (),
     size: Callable[[str], float] | None = None,
 ) -> float:
-    """Return the largest relative error of the columns with one definition: the motion's error.
+    """Return the motion's error: the largest relative error of columns with only one definition.
 
     Errors are relative to the size of each column, by default its scale. The result is 1 if too few
     columns show the motion: at least two, with roll or steer among them. Speed and energies follow
@@ -569,19 +572,19 @@ def _lateral_error(sample: Sample, found: Understandings) -> float:
 def _with_odds_against_unknown(
     key: str, found: Understandings, samples: Sequence[Sample]
 ) -> Understanding:
-    """Add the odds of the chosen definition against any unknown one."""
+    """Add the odds of the chosen definition against an unknown definition."""
     u, having = found[key], [s for s in samples if key in s.values]
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
     if not others:
         return u
     odds = _LOG_ODDS_OF_KNOWN
     of_motion = [_motion_error(s, found) for s in having]
-    # What makes the motion wrong in one maneuver may also act in this column in others. An error of
-    # 1 is no error: it stands for too few columns.
+    # A mistake that makes the motion of one maneuver wrong may also change this column in other
+    # maneuvers. An error of 1 means that too few columns show the motion, not that it is wrong.
     is_wrong = any(x >= TOLERANCE and x != 1.0 for x in of_motion)
     for s, off_motion in zip(having, of_motion, strict=True):
         if is_wrong or off_motion >= TOLERANCE:
-            # A motion that is wrong, or not shown, does not show the definition.
+            # If the motion is wrong or unknown, it does not show the definition.
             continue
         rows = s.error(key, u)
         if len(rows) >= FEWEST_ROWS and roughness(rows).is_white:
@@ -589,7 +592,7 @@ def _with_odds_against_unknown(
             continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
-        # A few bad rows do not indicate another definition.
+        # Ignore a few bad rows, because they do not indicate another definition.
         errors = np.sort(np.abs(rows))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
@@ -611,11 +614,11 @@ def _in_unit(
 
 
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
-    """Find another zero of the energies, the same for both.
+    """Find the zero of the potential and the mechanical energy, if it is not at the floor.
 
-    It is sought in the potential energy, or in the mechanical minus the kinetic energy. An offset
-    of the mechanical energy alone, which is constant, could as well be an error of the initial
-    conditions, unless the motion is right.
+    The zero is determined from the potential energy, or from the mechanical minus the kinetic
+    energy. An offset of the mechanical energy alone, which is constant, could as well be an error
+    of the initial conditions, unless the motion is right.
     """
     leader = next((key for key in ZEROED if key in found), None)
     if leader is None:
@@ -645,7 +648,7 @@ def _with_offset(
     before: Understandings,
     samples: Sequence[Sample],
 ) -> Understandings:
-    """Return the energies with the zero that explains their errors; empty if none does."""
+    """Return the energies with the zero that explains their errors; empty if no zero does."""
     u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]

@@ -1,4 +1,4 @@
-"""The explanation of a file's errors, for its figure: a sentence, and errors before and after."""
+"""The explanation of a file's errors as a figure shows it: a sentence, and two error curves."""
 
 from dataclasses import dataclass
 

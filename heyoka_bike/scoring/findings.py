@@ -1,4 +1,4 @@
-"""Findings: remarks about a result file, one record each, identical in every output format."""
+"""Findings: remarks about a result file, one record per remark, identical in all output formats."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Severity(StrEnum):
-    """Importance of a finding."""
+    """How serious a finding is."""
 
     INFO = "info"
     """How the file was interpreted; nothing is wrong."""
@@ -42,17 +42,17 @@ def info(code: str, message: str, **evidence: Any) -> Finding:
 
 
 def warning(code: str, message: str, **evidence: Any) -> Finding:
-    """Return a finding about a part of the file that was not used or contradicts another."""
+    """Return a finding about a part of the file that is not used or contradicts another part."""
     return Finding(code, message, Severity.WARNING, evidence)
 
 
 def maneuvers(numbers: Iterable[int]) -> str:
-    """Return the beginning of a finding: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
+    """Return a list of maneuvers in words: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
     listed = [str(n) for n in numbers]
     return f"maneuver{'s' * (len(listed) > 1)} {', '.join(listed)}"
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:
-    """List at most `most` columns for a sentence, and count the others."""
+    """Return a list of at most `most` columns in words, with the number of the other columns."""
     more = len(keys) - most
     return ", ".join(keys[:most]) + (f" and {more} more" if more > 0 else "")

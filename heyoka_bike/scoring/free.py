@@ -49,7 +49,7 @@ _PLACES = tuple(
 def with_free_values(
     rows: AnyRows, reference: ReferenceManeuver
 ) -> tuple[AnyRows, tuple[Evidence, ...]]:
-    """Return the rows with whole turns added to angles that jump, and the path turned back.
+    """Return the rows with whole turns added to angles that jump, and with paths turned back.
 
     Quaternions get their scalar first. The evidence describes each change.
 
@@ -83,7 +83,7 @@ def with_all_turns(seen: Sequence[Evidence]) -> tuple[Evidence, ...]:
 
 
 def _quaternion(end: str) -> list[str]:
-    """Keys of the quaternion of a frame, the scalar first."""
+    """Return the keys of the quaternion of a frame, the scalar first."""
     return [f"{end}_frame_q{i}" for i in range(4)]
 
 
@@ -131,7 +131,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
         turn = _turn(unit)
         one = float(turn)
         within = float(np.ptp(written)) <= (1 + _ROUNDING) * one
-        # An angle whose zero is fixed also stays near that zero.
+        # If the zero of an angle is fixed, the angle must also stay near zero.
         within &= key in FREE_ZERO or float(np.abs(written).max()) <= _MOST_TURNS * one
         is_beyond = key not in FREE_ZERO and bool(np.abs(written).min() > one / 2)
         if not within or not (is_beyond or np.abs(np.diff(written)).max() > one / 2):
@@ -190,7 +190,7 @@ def _sum(a: Double, b: Double) -> Double:
 
 
 def _step(quantum: Quantum, *written: Array) -> Quantum:
-    """Return the resolution of changed numbers: the resolution of the largest written number."""
+    """Return the resolution of computed numbers: the resolution of the largest written number."""
     largest = max(float(np.nanmax(np.abs(x))) for x in written)
     return Quantum(2, places=0, step=float(quantum.at(np.array(largest))))
 
@@ -203,7 +203,7 @@ class _Heading(NamedTuple):
 
 
 def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | None:
-    """Return the heading at the start; None if turning the path back does not fit far better."""
+    """Return the heading at the start of a path; None if the path fits about as well unturned."""
     places = [p for p in _PLACES if f"{p}_x" in rows.values and f"{p}_y" in rows.values]
     if not places:
         return None
@@ -242,7 +242,7 @@ def _centred(x: Array, y: Array) -> NDArray[np.complex128]:
 
 
 def _turned_back(rows: AnyRows, heading: float, is_left: bool) -> AnyRows:
-    """Return the rows with the positions on the floor along the axes at the start."""
+    """Return the rows with the path on the floor turned so that it starts as in the reference."""
     values, lo, quantum = dict(rows.values), dict(rows.lo), dict(rows.quantum)
     turn = np.exp((1j if is_left else -1j) * heading)
     for x, y in ((f"{p}_x", f"{p}_y") for p in _PLACES):

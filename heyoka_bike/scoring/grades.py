@@ -15,13 +15,14 @@ MOST_DIGITS = 32.0
 """Largest number of correct digits that is reported."""
 
 RIGHT_DIGITS = 6.0
-"""Correct digits of a right column; the examples of ``--require`` ask for them."""
+"""Fewest correct digits of a right column; the examples of ``--require`` demand as many."""
 
 RIGHT = 10.0**-RIGHT_DIGITS
 """Largest error of a right column, in scales."""
 
 TOLERANCE = 1e-3
-"""Error, in scales, that `time_to_tolerance` waits for: it is visible in a plot."""
+"""Error, in scales, that is visible in a plot; `time_to_tolerance` is the first time at which it is
+exceeded."""
 
 MAX_ROUNDING_FLOORS = 4.0
 """Errors of up to this many resolution limits count as rounding. Rounding itself makes one; sums
@@ -35,7 +36,7 @@ CLOSE_DIGITS = -log10(TOLERANCE)
 """Fewest correct digits of a column that is not wrong."""
 
 LIMITS = (CLOSE_DIGITS, RIGHT_DIGITS)
-"""Fewest correct digits of each grade but the lowest."""
+"""Fewest correct digits of a close and of a right column."""
 
 
 class Grade(IntEnum):
@@ -72,7 +73,7 @@ def digits(relative: float | None) -> float | None:
 
 
 def digits_of(error: float, scale: float) -> float:
-    """Return the correct digits of an error; the most possible if the scale is zero."""
+    """Return the correct digits of an error relative to a scale; the maximum if the scale is 0."""
     return digits(error / scale if scale else 0.0) or 0.0
 
 

@@ -1,4 +1,4 @@
-"""Errors of a column, as exact as necessary, and their measures.
+"""Compute the errors of a column, as exactly as necessary, and their measures.
 
 The error of a row is e_i = f(t_i) - r(t_i), with the program's value f(t_i) and the exact value
 r(t_i), both in SI units. Nothing is interpolated, and all rows have the same weight.
@@ -13,10 +13,10 @@ r(t_i), both in SI units. Nothing is interpolated, and all rows have the same we
 
 Perfect agreement gives errors of 0 and 32 digits, the resolution of hi + lo.
 
-Up to `FEW` values are compared with the reference in hi + lo. More values are compared in binary64
-first, accurate to 1e-15 of the column's scale, then with `evaluate_many`, accurate to 1e-27, and
-with all digits only if the error is so small that they matter. The errors of a column are always
-accurate to a tenth of a percent of the largest one.
+Up to `MAX_EXACT_VALUES` values are compared with the reference in hi + lo. More values are compared
+in binary64 first, accurate to 1e-15 of the column's scale, then with `evaluate_many`, accurate to
+1e-27, and with all digits only if the error is so small that they matter. The errors of a column
+are always accurate to a tenth of a percent of the largest one.
 
 `rounding` is the error that the digits written allow, in each row by its own digits. In a long
 file, digits are counted in some rows, and other rows may have more digits: these rows are not
@@ -149,27 +149,27 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
 MAX_EXACT_VALUES = 100_000
 """Largest number of values that are always compared in hi + lo, and in one thread."""
 
-# Errors (in scales) above which the binary64 reference, and above which `evaluate_many`, is
+# Smallest errors (in scales) for which the binary64 reference, and for which `evaluate_many`, is
 # accurate enough.
 _MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_BATCH = 1e-12, 1e-24
 _ROWS_AT_ONCE = 32_768
 # Number of rows that usually suffice to show that a column's values are not multiples of a power of
-# ten, and largest number of decimal places of such a power.
+# ten. The second value is the maximum number of decimal places of such a power.
 _ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
-# Largest multiple that binary64 can distinguish from other numbers, and the error of quotients in
-# units in the last place.
+# Largest multiple of a power of ten that binary64 can distinguish from other numbers, and largest
+# error of quotients [units in the last place].
 _LARGEST_MULTIPLE = 1e13
 _LAST_DIGITS = 8
 
 
 def is_small(part: Part) -> bool:
-    """True if a part has at most `FEW` values."""
+    """True if a part has at most `MAX_EXACT_VALUES` values."""
     return len(part.time) * len(part.values) <= MAX_EXACT_VALUES
 
 
 def errors(part: Part, values: Double, name: str) -> Array:
-    """Return values minus a column of the reference [SI unit], NaN where there is no value.
+    """Return values minus a column of the reference [SI unit]; NaN if a row has no value.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ FEWEST_ROWS = 50
 """Fewest rows that show whether an error is noise: their autocorrelations scatter by a tenth."""
 
 # `_GAIN` is the factor by which fourth differences of white noise exceed the noise: their weights
-# are 1, -4, 6, -4, 1. `_WHITE` and `_SCATTER` are their autocorrelations at lags of one and two
-# rows, and the scatter of these.
+# are 1, -4, 6, -4, 1. `_WHITE` contains their autocorrelations at lags of one and two rows, and
+# `_SCATTER` is the scatter of these.
 _GAIN = 70**0.5
 _WHITE, _SCATTER = (-0.8, 0.4), 0.1
 
@@ -44,7 +44,7 @@ class Roughness(NamedTuple):
 
 
 def roughness(error: Array, parts: int = 1) -> Roughness:
-    """Return the noise in an error: medians over this many consecutive parts of the run.
+    """Return the noise in an error, as medians over `parts` consecutive parts of the run.
 
     With several parts, the medians ignore a transient at the start or an event.
     """

@@ -1,4 +1,4 @@
-"""Outcomes of requirements, as values; `showing.wording.requirement_text` makes the sentences."""
+"""Outcomes of requirements, as values that `showing.wording.requirement_text` puts into words."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from heyoka_bike.scoring.verdict import DoesNotCount
 
 @dataclass(frozen=True, slots=True)
 class WorstValue:
-    """The worst value among those that a requirement is about.
+    """The worst of the values to which a requirement refers.
 
     Attributes
     ----------
@@ -31,14 +31,14 @@ class WorstValue:
 
 @dataclass(frozen=True, slots=True)
 class NoSuchManeuver:
-    """The file has no such maneuver."""
+    """The file does not contain the required maneuver."""
 
     maneuver: int
 
 
 @dataclass(frozen=True, slots=True)
 class NoSuchColumn:
-    """The file, or the reference, has no such column; key None: no column at all."""
+    """The file or the reference has no such column, or no column at all if the key is None."""
 
     key: str | None
     has_reference: bool = True
@@ -77,7 +77,7 @@ class ValuesMissing:
 
 @dataclass(frozen=True, slots=True)
 class SignContradicted:
-    """The sign of a column contradicts those of others."""
+    """The sign of a column contradicts the signs of other columns."""
 
     maneuver: int
     contradiction: SignContradiction
@@ -103,7 +103,7 @@ class InPart:
 
     @property
     def enough(self) -> tuple[str, ...]:
-        """Requirements that would accept this much."""
+        """Requirements such as ``coverage >= 0.9`` that would accept what was compared."""
         found = (("columns", self.columns), ("coverage", self.coverage))
         return tuple(f"{name} >= {least:g}" for name, least in found if least is not None)
 
@@ -119,7 +119,7 @@ class NothingCompared:
 
 @dataclass(frozen=True, slots=True)
 class EnergyDoesNotCount:
-    """Eq. (1) of a maneuver does not count, for this reason."""
+    """Eq. (1) of a maneuver does not count, for the given reason."""
 
     maneuver: int
     reason: DoesNotCount
@@ -134,7 +134,7 @@ Outcome = (
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """One ``--require`` and its outcome.
+    """One requirement, as given with ``--require``, and its outcome.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Ratios of two errors that justify a conclusion, and the odds that do.
+"""Ratios of two errors that justify a conclusion, and odds that justify a claim.
 
 Two causes, two columns or two parts of a run are always compared by one of these ratios. They rest
 on these experiments:

@@ -1,4 +1,4 @@
-"""Recognise the maneuver of rows that do not name it: their beginning shows it.
+"""Recognise the maneuver of rows whose file does not name it, by the beginning of the motion.
 
 A wrong program begins like a right one and departs from it later. So rows are compared with each
 maneuver over spans of time, each twice as long as the one before. All spans count alike: the first
@@ -16,7 +16,7 @@ The nearest maneuver is a guess while another one cannot be excluded. Two things
   equations can make many motions from the same initial conditions, but hardly the right motion of
   another maneuver.
 
-No maneuver is excluded if a column excludes the nearest one in the same way.
+No maneuver is excluded if a column excludes the nearest maneuver in the same way.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ FASTEST_MODE = 0.05
 """Time constant of the benchmark's fastest mode [s]: rows up to this time show the initial
 conditions, whatever the equations are."""
 
-# Largest relative difference between rows and a maneuver that they are near, in addition to the
-# rounding of their digits.
+# Rows are near a maneuver if their relative difference from it, beyond the rounding of their
+# digits, is at most this.
 NEAR = 0.01
-# First rows have given initial conditions if their relative difference from these is at most EXACT.
-# They surely have different ones if it is at least FAR, because the values then differ by a factor
-# of 3. A mistake may turn a speed of 4 m/s into 4.67 m/s, which is between the two limits.
+# The first rows have certain initial conditions if their relative difference from these is at most
+# EXACT. They surely have different ones if the difference is at least FAR, because the values then
+# differ by a factor of 3. A mistake may turn a speed of 4 m/s into 4.67 m/s, which is between the
+# two limits.
 EXACT, FAR = TOLERANCE, 0.5
-# Maximum number of rows of a span that are compared. More rows would give no other result.
+# Maximum number of rows of a span that are compared. More rows would not change the result.
 MOST_ROWS_OF_SPAN = 16
-# Log odds of the unit that the heading names, or of the SI unit if it names none, against a
-# different unit. The sign and the zero as written have the same odds against a different sign and
-# zero.
+# Log odds of the named unit (or the SI unit without a named one) against another unit. The sign and
+# the zero as written have the same odds against another sign and zero.
 LOG_ODDS_AS_WRITTEN = log(5.0)
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
@@ -70,7 +70,7 @@ class Recognised:
     Attributes
     ----------
     maneuver
-        Its number.
+        Number of the maneuver.
     rivals : tuple of int
         Other maneuvers that cannot be excluded, the nearest first. If there are none, the maneuver
         is certain.
@@ -86,7 +86,7 @@ class Recognised:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Column:
-    """The differences of a column from a maneuver.
+    """The differences between a column and a maneuver.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ _Nearness = Mapping[str, _Column]
 
 
 class Candidate(Protocol):
-    """Rows within the run of one of the maneuvers to which they may belong."""
+    """Rows of a file that are within the run of a maneuver to which they may belong."""
 
     @property
     def time(self) -> Array: ...
@@ -169,17 +169,17 @@ def _is_excluded(
 
 
 def varies(key: str, maneuver: ReferenceManeuver) -> bool:
-    """True if a column can be near the maneuver only if it moves like it."""
+    """True if a column fits the maneuver only if it has the same curve, not only the same size."""
     return key not in SIZED or float(np.ptp(maneuver[key])) >= FAR * maneuver.scale(key)
 
 
 def middle(key: str, maneuver: ReferenceManeuver) -> float:
-    """Return the value that is subtracted before a column is compared with a maneuver [SI]."""
+    """Return the value [SI] to subtract from a column before it is compared with a maneuver."""
     return 0.0 if key in SIZED else float(median(maneuver[key]))
 
 
 def factors(key: str, named: str | None, maneuver: ReferenceManeuver) -> Mapping[str, float]:
-    """Return the factors to SI of the units in which a column may be written, by unit."""
+    """Return the factor to SI for each unit in which a column may be written, by unit."""
     found = {unit: factor(unit)[0] for unit in tried(COMPARED[key][0].unit, named)}
     if key == "forward_speed":
         # The speed may be written as a wheel's rate [rad/s]. The factor between the two is the
@@ -213,7 +213,8 @@ def _nearness(rows: Candidate) -> _Nearness:
             continue
         is_start = good & (time <= FASTEST_MODE)
         if key in RATE_OF and not maneuver[key][0]:
-            # An angle that is zero at the start shows its rate only in the rows that follow.
+            # If an angle is zero at the start, its first row does not show the rate. The next rows
+            # do.
             is_start &= time > 0.0
         else:
             is_start &= np.cumsum(is_start) == 1
@@ -221,13 +222,13 @@ def _nearness(rows: Candidate) -> _Nearness:
             values, half, expected[key], middle(key, maneuver), maneuver.scale(key), good, is_start,
             ends.tolist(),
         )  # fmt: skip
-        ways = (compared.read(way) for way in _ways(key, rows.units.get(key), maneuver))
-        found[key] = min(ways, key=lambda c: float(c.spans.sum()) + c.cost)
+        forms = (compared.read(form) for form in _forms(key, rows.units.get(key), maneuver))
+        found[key] = min(forms, key=lambda c: float(c.spans.sum()) + c.cost)
     return found
 
 
 def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
-    """Yield the rows of each span: those at the start, then spans of doubling length."""
+    """Yield the rows in each span of time, as indices: the start, then spans of doubling length."""
     late = time > 0.0
     doubled = np.full(len(time), -np.inf)
     doubled[late] = np.ceil(np.log2(time[late]))
@@ -237,11 +238,11 @@ def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
         yield span[np.linspace(0, len(span) - 1, few).astype(np.intp)]
 
 
-_Way = tuple[float, bool, float]
-"""Factor to SI with the sign, whether the first row is the zero, and the log odds against it."""
+_Form = tuple[float, bool, float]
+"""Signed factor to SI, whether values count from the first row, and log odds against this form."""
 
 
-def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Way]:
+def _forms(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Form]:
     """Yield the units, signs and zeros in which a column may be written."""
     written = named or COMPARED[key][0].unit
     signs = (1,) if key.endswith("energy") else (1, -1)
@@ -255,7 +256,7 @@ def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Compared:
-    """Some rows of a column, to be compared with one maneuver.
+    """Some rows of a column that are compared with one maneuver.
 
     Attributes
     ----------
@@ -279,9 +280,9 @@ class _Compared:
     is_start: NDArray[np.bool_]
     ends: Sequence[int]
 
-    def read(self, way: _Way) -> _Column:
-        """Compare the column, read in one way, with the maneuver."""
-        times, is_moved, cost = way
+    def read(self, form: _Form) -> _Column:
+        """Return the differences between column and maneuver, for one unit, sign and zero."""
+        times, is_moved, cost = form
         x, y = times * self.values, self.expected
         if is_moved:
             first = int(np.argmax(self.is_finite))

@@ -1,4 +1,4 @@
-"""The report of a scored result file: evidence and measures, the source of every output format."""
+"""The report of a scored result file: evidence and measures, from which all output is made."""
 
 from __future__ import annotations
 
@@ -79,12 +79,12 @@ class Report(Scored, IdentityMapping[int, ManeuverScore]):
         return [(m, c) for m in self.maneuvers for c in m.compared]
 
     def by_column(self) -> dict[str, list[Place]]:
-        """Return the columns with compared values by key, in every maneuver that has them."""
+        """Return the places of each column by key: all maneuvers in which it was compared."""
         return grouped((c.key, (m, c)) for m, c in self.places)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The evidence as messages, with the numbers behind them."""
+        """Findings: a message for each piece of evidence, with its numbers."""
         return tuple(e.finding() for e in self.seen)
 
     @property
@@ -111,7 +111,7 @@ class Report(Scored, IdentityMapping[int, ManeuverScore]):
 
     @property
     def grades(self) -> list[Grade]:
-        """Grades of all columns; the file has the worst of them."""
+        """Grades of all columns; the worst of them is the grade of the file."""
         return [c.grade for m in self.maneuvers for c in m.columns]
 
     @property

@@ -1,6 +1,6 @@
 """Requirements on a report: ``[maneuver.][column.]metric op number``.
 
-A requirement that names no maneuver or no column is about all of them, and their worst value
+A requirement that names no maneuver or no column refers to all of them, and their worst value
 counts: the largest for ``<`` and ``<=``, the smallest for ``>`` and ``>=``. A requirement fails,
 whatever the values are, if one of its columns has values that are not finite, was not compared, or
 contradicts another column by its sign, or if the file does not have the maneuver or the column.
@@ -74,7 +74,7 @@ class Parsed:
     Attributes
     ----------
     maneuver, column
-        Number from 1, and key; None for all maneuvers, or all columns.
+        Number of the maneuver from 1, and key of the column; None for all of them.
     metric, op, number
         As in ``scd >= 6``.
     """
@@ -126,7 +126,10 @@ def parse(text: str) -> Parsed:
 
 
 def check(texts: Sequence[str], report: Report) -> tuple[Requirement, ...]:
-    """Compare a report with requirements; some may set how much has to be compared for all.
+    """Return the outcome of each requirement on a report.
+
+    Requirements on ``columns`` and ``coverage`` set how much has to be compared, for all
+    requirements.
 
     Raises
     ------
@@ -154,7 +157,7 @@ def _checked(text: str, r: Parsed, report: Report, limits: Sequence[Parsed]) -> 
 
 
 def _shortfall(r: Parsed, report: Report, limits: Sequence[Parsed]) -> InPart | None:
-    """Return how much was compared, if it is less than a requirement refers to; else None."""
+    """Return how much was compared, if a requirement refers to more than that; else None."""
     about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     columns = [
         m for m in about if m.column_count < ALL_COLUMNS and not _is_limited("columns", m, limits)
@@ -172,12 +175,12 @@ def _shortfall(r: Parsed, report: Report, limits: Sequence[Parsed]) -> InPart | 
 
 
 def _is_limited(metric: str, m: ManeuverScore, limits: Sequence[Parsed]) -> bool:
-    """True if a requirement sets how much of a maneuver is enough, by this metric."""
+    """True if any requirement limits this metric, ``columns`` or ``coverage``, for a maneuver."""
     return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in limits)
 
 
 def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
-    """Yield the requirement for each column of each maneuver, or for each maneuver."""
+    """Yield the requirement for each single column of each maneuver, or for each maneuver."""
     for m in report.maneuvers:
         if r.maneuver not in (None, m.maneuver):
             continue
@@ -190,7 +193,7 @@ def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
 
 
 def _outcome(r: Parsed, report: Report, limits: Sequence[Parsed]) -> Outcome:
-    """Return the worst value that a requirement is about, or why it fails whatever the values."""
+    """Return the worst value of a requirement, or why the requirement fails whatever its values."""
     if lost := _columns_not_compared(r, report, limits):
         return lost
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
@@ -245,7 +248,7 @@ def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
 def _columns_not_compared(
     r: Parsed, report: Report, limits: Sequence[Parsed]
 ) -> LeftOut | NeverFilledIn | None:
-    """Return the columns that a requirement is about but that were not compared, if any.
+    """Return the columns to which a requirement refers but that were not compared, if any.
 
     Columns that were never filled in are ignored in maneuvers for which a requirement sets how many
     columns are enough, unless this requirement names one of them.
@@ -265,6 +268,6 @@ def _columns_not_compared(
         return NeverFilledIn(never)
     lost = tuple(x for x in lost if x not in unfilled)
     without = {x for e in report.seen if isinstance(e, NoReference) for x in e.lost(())}
-    # If the reference lacks the column of a requirement, this has an outcome of its own.
+    # If the reference lacks the column of a requirement, `NoSuchColumn` reports this.
     lost = tuple(x for x in lost if r.column is None or x not in without)
     return LeftOut(lost) if lost else None

@@ -14,7 +14,7 @@ from heyoka_bike.scoring.scored import Scored
 
 @dataclass(frozen=True, slots=True)
 class Convergence:
-    """One column over several runs of one program at different step sizes.
+    """The errors of one column in several runs of a program with different step sizes.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class Series(Scored):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The findings on the series; those on a single run are in its report."""
+        """The findings on the whole series; the findings on a single run are in its report."""
         return tuple(e.finding() for e in self.seen)
 
     @property

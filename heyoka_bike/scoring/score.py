@@ -1,4 +1,4 @@
-"""Scoring: the comparison of a result file with the reference, at the file's own times.
+"""Scoring: compare a result file with the reference, at the file's own times.
 
 `score` is the pipeline. `alignment` finds the maneuvers and the rows that can be compared,
 `definitions` interprets the columns, `measures` computes their errors and the rounding errors of
@@ -52,7 +52,7 @@ def score(
     columns: str | Sequence[str] | None = None,
     **named: Any,
 ) -> Report:
-    """Compare results with the reference, as the command of this name does.
+    """Compare results with the reference, as the command ``heyoka-bike score`` does.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def score(
     Raises
     ------
     InputError
-        Results that cannot be read, a maneuver that is there twice or not in the reference, or a
-        requirement that cannot be read.
+        The results or a requirement cannot be read, or a maneuver occurs twice or is not in the
+        reference.
     NothingScoredError
         Nothing can be compared.
     """
@@ -93,7 +93,7 @@ def score(
 
 
 def aligned(results: Sequence[Results], reference: Reference) -> Alignment:
-    """Align the results of one run with the reference, without columns never filled in."""
+    """Align the results of one run with the reference, and leave out columns never filled in."""
     return merge([without_unfilled(align(r, reference)) for r in results])
 
 
@@ -117,7 +117,8 @@ def scored(
 
         from heyoka_bike.system.parallel import processors
 
-        # During operations on long arrays, NumPy releases the interpreter's lock.
+        # During operations on long arrays, NumPy releases the interpreter's lock, so threads run in
+        # parallel.
         with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
     found = judged(
@@ -135,7 +136,7 @@ def scored(
 
 
 def scored_rows(report: Report, parts: Sequence[Part], reference: Reference) -> Report:
-    """Return the report of other rows of the same file, for example corrected ones."""
+    """Return the report of changed rows of the same file, for example corrected ones."""
     return scored(Alignment(report.file, tuple(parts), ()), reference)
 
 
@@ -168,7 +169,7 @@ def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -
 
 
 def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
-    """Compare the sum of the energies, and the rates with the derivatives of their own angles."""
+    """Return how well the energies add up, and how well rates are the derivatives of angles."""
     by_key = {c.key: c for c in columns if c.values and not c.missing}
     total, floor = energy_sum(by_key, has_rest=any("energy" in key for key in part.lo))
     rates = {key: from_derivative(part.reference, by_key, key) for key in RATES}
@@ -196,8 +197,8 @@ def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float
     steps = np.diff(times)
     covered = float(steps[steps <= most_apart * (1 + SUMMED)].sum()) / duration
     gap = float(np.diff(times, prepend=0.0, append=duration).max())
-    # Steps that were added with rounding errors may end slightly before or after the end of the
-    # run.
+    # Steps that were added with rounding errors may end slightly before the end of the run, so
+    # nearly complete coverage counts as complete.
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
@@ -213,7 +214,7 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
 
 
 def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
-    """Compare one column with its best definition, with the default, and with all others."""
+    """Return the score of a column in its best definition, in the default and in all others."""
     values, error, trace, reading = _read_as(part, key, u)
     others = [c for c in part.reference.definitions[key] if c is not u.column]
     far = largest_errors(part, values, [c.name for c in others]) if others else []
@@ -241,7 +242,7 @@ def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
 
 
 def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Understandings:
-    """Refine another zero of the energies to all digits of the file."""
+    """Return the interpretations with the zero of the energies to all digits of the file."""
     key = next((k for k in ZEROED if k in understood), "")
     u = understood.get(key)
     if u is None or not u.offset:

@@ -134,7 +134,7 @@ class Trace:
 
     @property
     def reference(self) -> Array:
-        """The reference, in binary64."""
+        """The exact values in these rows, in binary64."""
         return self.value - self.error
 
 
@@ -277,7 +277,7 @@ class ColumnScore:
         return self.grade == Grade.RIGHT
 
     def shown(self, metric: str) -> float | None:
-        """Return a measure, but no better a value than the digits written can show."""
+        """Return a measure, limited to the best value that the digits written can show."""
         found: float | None = getattr(self.as_understood.measures, metric)
         least = self.resolution
         if metric == "time_to_tolerance":
@@ -304,7 +304,7 @@ class ColumnScore:
 
 
 def odds_of(c: ColumnScore) -> Odds | None:
-    """Return the odds of a column's definition against the likeliest other one, if known.
+    """Return the odds of a column's definition against the likeliest other one; None if unknown.
 
     Definitions that the file cannot distinguish from it do not count. An unknown definition counts
     if it is the likeliest and the odds against it are below a million to one.

@@ -103,12 +103,12 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
 # Difference between two successive observed orders of a column above which its order has not
 # settled.
 _ORDERS_APART = 0.3
-# Errors that fall less than this power of the step or tolerance count as constant.
+# Errors that fall more slowly than this power of the step or tolerance count as constant.
 _LEAST_EXPONENT = 0.2
 
 
 def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
-    """Return the scores of each column of each maneuver in all runs; None if a run lacks it."""
+    """Return the scores of each column of each maneuver, one per run; None if a run lacks it."""
     found: dict[tuple[int, str], list[ColumnScore | None]] = {}
     for i, run in enumerate(runs):
         for m in run.report.maneuvers:
@@ -119,7 +119,7 @@ def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore
 
 
 def converge(runs: Sequence[Run]) -> tuple[Convergence, ...]:
-    """Return the convergence of every column that is in more than one run."""
+    """Return the convergence of every column that more than one run contains."""
     steps = [run.step for run in runs]
     return tuple(
         _converge(maneuver, key, columns, steps)
@@ -160,7 +160,7 @@ _OfRun = tuple[ColumnScore | None, float | None]
 
 
 def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
-    """Return log(e1 / e2) / log(h1 / h2); None if an error is only rounding, or not comparable."""
+    """Return the observed order log(e1 / e2) / log(h1 / h2); None if the errors do not show it."""
     (coarse, step), (fine, next_step) = of_coarse, of_fine
     if coarse is None or fine is None or step is None or next_step is None:
         return None
@@ -213,7 +213,7 @@ def _is_same(a: Array, b: Array) -> bool:
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
-    """Yield the order of the program, and the columns for which it has not settled."""
+    """Yield evidence of the order of the program, and of columns whose order has not settled."""
     found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     if not found:
         return
@@ -289,7 +289,7 @@ def compare(
 
 
 def _aligned_program(given: Any, name: str, reference: Reference) -> Alignment:
-    """Align results with the reference; arrays get the name of the program."""
+    """Align results with the reference; arrays are named after the program."""
     try:
         found = results_of(given, len(reference))
     except InputError as e:
@@ -308,7 +308,7 @@ def _by_name(cpu: Mapping[str, float], names: Sequence[str]) -> list[float | Non
 
 
 def check_names(names: Sequence[str] | None, count: int) -> None:
-    """Raise `InputError` unless there is a name for each file, if any are given."""
+    """Raise `InputError` if names are given, but not one name for each file."""
     if names is None:
         return
     if len(names) != count:
@@ -340,7 +340,7 @@ def side_by_side(
 
 
 def _file_names(files: Sequence[Alignment]) -> list[str]:
-    """Return a name for each file: its own, with its folders if files have the same name."""
+    """Return the name of each file, with its folders if several files have the same name."""
     paths = [a.file.path for a in files]
     short = [Path(path).name or path for path in paths]
     names = [s if short.count(s) == 1 else path for s, path in zip(short, paths, strict=True)]
@@ -383,7 +383,7 @@ class _Files(NamedTuple):
 def _merged(
     files: Sequence[_Files], belongs: Callable[[_Files, Sequence[_Files]], bool]
 ) -> list[_Files]:
-    """Merge the files that belong together; their time is unknown if that of any file is."""
+    """Merge files that belong together; their total time is unknown if any time is unknown."""
     groups: list[list[_Files]] = []
     for one in files:
         group = next((g for g in groups if belongs(one, g)), None)
@@ -400,22 +400,22 @@ def _merged(
 
 
 def _maneuvers(programs: Sequence[Run]) -> Iterator[ManeuversDiffer]:
-    """Yield evidence of programs with different maneuvers: their worst columns do not compare."""
+    """Yield evidence of programs with different maneuvers: their worst columns are incomparable."""
     held = {program.name: tuple(program.report) for program in programs}
     if len(set(held.values())) > 1:
         yield ManeuversDiffer(held)
 
 
 def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
-    """Yield evidence of columns that programs define differently, which is no error."""
+    """Yield evidence of columns that programs define differently. This is not an error."""
     taken = grouped(
         (key, (c.definition, program.name))
         for (_, key), columns in columns_of(programs).items()
         for program, c in zip(programs, columns, strict=True)
         if c is not None and c.values
     )
-    for key, ways in taken.items():
-        by = grouped(dict.fromkeys(ways))
+    for key, uses in taken.items():
+        by = grouped(dict.fromkeys(uses))
         if len(by) > 1:
             who = {definition: tuple(names) for definition, names in by.items()}
             yield DefinitionsOfPrograms(key, who)
@@ -462,7 +462,7 @@ def score_series(
     Raises
     ------
     InputError, NothingScoredError
-        As in `score`; or the numbers of steps or times and of files differ.
+        As in `score`; or there is not one step, tolerance or time for each file.
     """
     known = load_reference(reference)
     options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
@@ -507,7 +507,7 @@ _Options = Mapping[str, Sequence[float | None] | None]
 
 
 def _files(results: Sequence[Any], reference: Reference, options: _Options) -> list[Alignment]:
-    """Align the files with the reference, after a check of the steps and times given for them."""
+    """Check the steps and times given for files, and align the files with the reference."""
     for name, given in options.items():
         if given is None:
             continue
@@ -553,7 +553,7 @@ def _series(
     clearest = _clearest(understood)
     found, convergence = score_all(clearest)
     # Two definitions may differ by less than the errors of the runs. The extrapolation of the runs
-    # distinguishes them better.
+    # has smaller errors, so it distinguishes the definitions better.
     better = _clearest([*understood, understand(_extrapolate(runs, convergence))])
     if any(u.column != clearest[key].column for key, u in better.items()):
         found, convergence = score_all(better)
@@ -565,7 +565,7 @@ def _series(
 
 
 def _rows_apart(a: Alignment) -> float | None:
-    """Return the median distance of the rows [s], the smallest of all maneuvers."""
+    """Return the smallest median distance of rows in any maneuver [s]; None if unknown."""
     each = (np.diff(p.time) + np.diff(p.time_lo) for p in a.parts)
     return min((float(median(x[x > 0])) for x in each if (x > 0).any()), default=None)
 
@@ -602,7 +602,10 @@ def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
 
 
 def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
-    """Share one choice of definitions among the runs, unless a run has stronger odds against it."""
+    """Return the interpretations of a run, with the definitions that all runs share.
+
+    A run keeps its own definition if it has stronger odds against the shared one.
+    """
     shared = {}
     for key, u in own.items():
         clear = clearest[key]
@@ -635,13 +638,13 @@ def _extrapolate(runs: Sequence[_Files], convergence: Sequence[Convergence]) -> 
 
 
 def _disagreement(runs: Sequence[Run]) -> Iterator[DefinitionsOfRuns]:
-    """Yield columns that the runs write differently: perhaps they are not of one program."""
+    """Yield evidence of columns that the runs write differently: there may be several programs."""
     taken = grouped(
         (key, (c.definition, c.as_understood.sign, c.as_understood.unit))
         for (_, key), columns in columns_of(runs).items()
         for c in columns
         if c is not None
     )
-    different = tuple(key for key, ways in taken.items() if len(set(ways)) > 1)
+    different = tuple(key for key, forms in taken.items() if len(set(forms)) > 1)
     if different:
         yield DefinitionsOfRuns(different)

@@ -48,9 +48,7 @@ def factor(unit: str) -> tuple[float, float]:
 
 
 def unit_told_by(ratio: float, si: str, taken: str, within: float) -> str | None:
-    """Return the unit of numbers that are off by a factor because they were read in another unit.
-
-    None if no unit fits.
+    """Return the true unit of numbers that are wrong by a factor; None if no unit explains it.
 
     Parameters
     ----------

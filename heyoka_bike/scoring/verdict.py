@@ -37,7 +37,7 @@ ARITHMETIC = 1e-12
 
 
 def lost(seen: Iterable[Evidence], maneuvers: Sequence[ManeuverScore]) -> tuple[LostColumn, ...]:
-    """Return the columns of the result file that were not compared, each once."""
+    """Return the columns of the result file that were not compared, without duplicates."""
     compared = {c.key for m in maneuvers for c in m.columns}
     return tuple(dict.fromkeys(column for x in seen for column in x.lost(compared)))
 
@@ -82,7 +82,7 @@ class Claim:
 
 
 def claim(m: ManeuverScore, limit: float) -> Claim:
-    """Return the value of eq. (1) that counts for a maneuver against a limit [%]."""
+    """Return the value [%] of eq. (1) that counts for a maneuver with this limit [%]."""
     columns = {c.key: c for c in m.compared}
     total = columns.get("mechanical_energy")
     parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]

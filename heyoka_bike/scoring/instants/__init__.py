@@ -1,1 +1,1 @@
-"""Tables of single instants: what a program computes in a state, before anything moves."""
+"""Checks of the values that a program computes in single states, before anything moves."""

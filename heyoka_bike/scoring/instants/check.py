@@ -1,7 +1,7 @@
-"""A program's table of single instants against what every quantity is, level by level.
+"""Compare a program's table of single states with the exact values, level by level.
 
-The table tells the states and some quantities of them. Those of known states are proved, see
-`proof.instants`; of a user's own they are computed in binary64.
+The table contains the states and some of their quantities. The exact values of known states are
+proved, see `proof.instants`. For a user's own states, they are computed in binary64.
 """
 
 import re
@@ -46,22 +46,22 @@ _BREAKS_IN_NAMES = re.compile(r"[\s.-]+")
 
 @dataclass(frozen=True, eq=False, slots=True)
 class InstantTable:
-    """The quantities that a program wrote of some states.
+    """A table of the quantities that a program computed in single states.
 
     Attributes
     ----------
     path
         Name of the file.
     numbers : ndarray of int, shape (n,), or None
-        Of the known state in each row, from 1; None where the table has its own.
+        Number of the known state in each row, from 1; None if the states are the user's own.
     values : mapping of str to ndarray, shape (n,)
         Columns by name, SI units; NaN where there is no finite number.
     uncertain : mapping of str to ndarray, shape (n,)
-        By how much a value may be off as it was written with so many digits.
+        Largest rounding error of each value, from the digits with which it is written.
     vectors : ReadTable
-        As they were read.
+        The table as it was read.
     left_out : tuple of str
-        Names of columns that are not known.
+        Names of unknown columns.
     """
 
     path: str
@@ -77,11 +77,11 @@ class InstantTable:
         return len(self.vectors.columns[0].values)
 
     def place(self, row: int) -> str:
-        """Where a row is, for people."""
+        """Return the place of a row for messages, such as ``line 3``."""
         return "{} {}".format(*self.vectors.place(row))
 
     def error(self, row: int, message: str) -> InputError:
-        """The error that says where, what was found and what was expected."""
+        """Return an error whose message begins with the place of a row."""
         return self.vectors.error(Request(self.path, 1), row, message)
 
 
@@ -91,16 +91,17 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
     Parameters
     ----------
     source
-        As `read_results` takes it, without times.
+        Any source of `read_results`, but without times.
     states
-        Those that are known, by number from 1.
+        The known states, in the order of their numbers from 1.
     si
         True if columns whose name has no unit are in SI units.
 
     Raises
     ------
     InputError
-        No states, one that is not known, a column twice, without unit or in one of something else.
+        There are no states, a state is unknown, or a column occurs twice, has no unit or has the
+        unit of another quantity.
     """
     found = read_columns(source, lambda name: _meaning(name) is not None)
     path = str(source) if isinstance(source, str) or hasattr(source, "__fspath__") else "array"
@@ -150,15 +151,15 @@ def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTabl
 
 
 def _meaning(name: str) -> tuple[str, str | None] | None:
-    """Key and unit of a column by its name, ``pitch [rad]`` or ``pitch_rad``; None if unknown."""
+    """Return the key and unit in names like ``pitch [rad]`` or ``pitch_rad``; None if unknown."""
     match = _IN_BRACKETS.fullmatch(name)
     stem, unit = (match[1], match[2]) if match else (name, None)
     plain = _BREAKS_IN_NAMES.sub("_", stem.strip().strip("\"'")).lower()
     keys = {key.lower(): key for key in (STATE_COLUMN, *UNITS)}
     if plain in keys:
         return keys[plain], unit
-    # MATLAB's names have no brackets. Find the longest key for which the rest of the name is a
-    # unit.
+    # MATLAB's names have no brackets. Find the longest key that begins the name so that the rest is
+    # a unit.
     for key in sorted(keys, key=len, reverse=True):
         if plain.startswith(f"{key}_") and key != STATE_COLUMN:
             ending = plain[len(key) + 1 :].replace("_per_", "/").replace("_", " ")
@@ -189,22 +190,22 @@ def _factor(name: str, key: str, unit: str | None, si: bool, path: str) -> float
 def quantities_of_states(
     bicycle: Bicycle, given: Mapping[str, Array], *, is_linear: bool = True
 ) -> dict[str, Array]:
-    """Quantities of states by name, in binary64.
+    """Return the quantities of states by name, in binary64.
 
     Parameters
     ----------
     bicycle
-        Any parameters, sensible or not.
+        The parameters, which may be meaningless.
     given
-        `COORDINATES`, and some of `WHERE` [SI].
+        The `COORDINATES` of the states, and perhaps quantities of `WHERE` [SI].
     is_linear
-        True if those of the linear bicycle are wanted.
+        True to include the quantities of the linear bicycle.
 
     Returns
     -------
     dict of str to ndarray
-        With ``height``, of the front wheel above the floor [m]: zero but for rounding where there
-        is a pitch that puts both wheels on the floor.
+        The quantities, and ``height``, that of the front wheel above the floor [m]. It is zero, up
+        to rounding, if some pitch puts both wheels on the floor.
     """
     with np.errstate(all="ignore"):
         equations, state = binary64_states(bicycle, given)
@@ -221,7 +222,7 @@ def quantities_of_states(
 
 
 def binary64_states(bicycle: Bicycle, given: Mapping[str, Array]) -> tuple[Equations, list[Number]]:
-    """The equations for arrays, and the variables of states as `Instant` takes them."""
+    """Return the equations for arrays, and the variables of states in the order of `Instant`."""
     equations = Equations.binary64(bicycle)
     roll, steer, roll_rate, steer_rate, speed = (given[key] for key in COORDINATES)
     pitch = pitch_on_the_floor(equations.k, roll, 0 * roll, steer)
@@ -232,8 +233,9 @@ def binary64_states(bicycle: Bicycle, given: Mapping[str, Array]) -> tuple[Equat
 
 
 STATE_TOLERANCE = 1e-9
-"""Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the
-equations here, and of none a hundred times that; a wrong digit of any parameter is more."""
+"""Largest difference of a right value, divided by 1 + abs(expected), in SI units. Rounding in
+binary64 causes 1e-13 with the equations here, and less than 1e-11 with other forms of them. A wrong
+digit of any parameter causes more."""
 
 # Minimum number of distinct wrong values that a parameter must explain. Any parameter that affects
 # a single value can explain it, and repeating this value in many rows adds no evidence.
@@ -253,18 +255,21 @@ def check(
     tolerance: float = STATE_TOLERANCE,
     si: bool = False,
 ) -> CheckedTable:
-    """Compare what a program computes at single instants with what it is, before it integrates.
+    """Compare the values that a program computes in single states with the exact values.
+
+    The values are compared level by level, from the geometry to the forces, as a program
+    computes them before it integrates.
 
     Parameters
     ----------
     source : path, mapping of str to array-like, or data frame
-        Columns by name with their units, ``pitch [rad]``: the number of the ``state``, or states of
-        one's own by roll angle, steer angle, their rates, and forward speed; beside them any of the
-        quantities of docs/check.md.
+        Columns by name with their units, such as ``pitch [rad]``. The states are given by a column
+        ``state`` with the numbers of known states, or by the roll angle, the steer angle, their
+        rates and the forward speed. All other columns are quantities of docs/check.md.
     bicycle : Bicycle
         By default the benchmark's.
     tolerance
-        Of a difference over 1 + abs(expected), SI units.
+        Largest difference of a right value, divided by 1 + abs(expected), in SI units.
     si
         True if columns whose name has no unit are in SI units.
 
@@ -276,10 +281,10 @@ def check(
     Raises
     ------
     InputError
-        A table that cannot be read, without states or with one that is not known, a column without
-        a unit, a state that no pitch puts on the floor.
+        The table cannot be read, contains no states or an unknown state, or has a column without a
+        unit; or no pitch puts the bicycle on the floor in a state.
     NothingScoredError
-        No column that can be compared.
+        No column can be compared.
     """
     if not 0 < tolerance < 1:
         raise InputError(f"tolerance: found {tolerance}, expected between 0 and 1")
@@ -339,7 +344,7 @@ def _of_own(bicycle: Bicycle, table: InstantTable) -> dict[str, Array]:
 
 
 def _refuse_others(table: InstantTable, expected: Mapping[str, Array], tolerance: float) -> None:
-    """Coordinates beside a state's number are those of the state."""
+    """Raise an error if coordinates in the table differ from those of its numbered states."""
     for key in (*COORDINATES, *WHERE):
         if key in table.values:
             wrong = _is_wrong(table, key, expected[key], tolerance)[0]
@@ -357,7 +362,10 @@ def _refuse_others(table: InstantTable, expected: Mapping[str, Array], tolerance
 def _is_wrong(
     table: InstantTable, key: str, expected: Array, tolerance: float
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Find values that are off, and by how much over 1 + |expected|; a missing value is not."""
+    """Return which values are wrong, and their errors divided by 1 + |expected|.
+
+    A missing value is not wrong.
+    """
     unit = 1 + np.abs(expected)
     error = np.abs(table.values[key] - expected)
     return error > tolerance * unit + table.uncertain[key], np.nan_to_num(error / unit)
@@ -375,9 +383,8 @@ def _compared(
         if np.isnan(values).all():
             continue
         wrong, error = _is_wrong(table, c.name, right, tolerance)
-        # A small value written with all of its digits may be wrong even if a larger error elsewhere
-        # is within the digits. So choose the largest error among the wrong values, if there are
-        # any.
+        # A large error may be only rounding, while a small value with all its digits is wrong. So
+        # choose the largest error among the wrong values, if there are any.
         i = int(np.argmax(np.where(wrong, 1.0, 0.0) + error / (1 + error)))
         missing = int(np.isnan(values).sum())
         found.append(
@@ -401,7 +408,7 @@ def _explanations(
     bicycle: Bicycle, given: _Quantities, values: _Quantities, expected: _Quantities,
     is_right: Callable[[_Quantities], bool],
 ) -> tuple[Explained, ...]:  # fmt: skip
-    """Single parameters that explain columns.
+    """Return single parameters whose wrong values explain the wrong columns of a table.
 
     Parameters
     ----------
@@ -409,9 +416,9 @@ def _explanations(
     given
         Coordinates of the states.
     values, expected
-        The columns, and what they should be.
+        The columns of the table, and their exact values.
     is_right
-        True if the columns are these, up to what a table may be off.
+        Returns True if quantities agree with the table within the tolerance.
     """
     is_linear = any(c.name in values for c in LEVELS[-1].columns)
 
@@ -424,7 +431,7 @@ def _explanations(
         return quantities_of_states(mistaken, given, is_linear=is_linear)
 
     def apart(one: _Quantities, other: _Quantities) -> Array:
-        # A missing number of the table leaves nothing to explain.
+        # A missing value counts as right.
         return np.concatenate(
             [np.nan_to_num((one[k] - other[k]) / (1 + np.abs(expected[k]))) for k in values]
         )
@@ -440,8 +447,8 @@ def _explanations(
                 for _ in range(ROUNDS_OF_NEWTON):
                     slope = apart(made(symbol, change + SMALL_STEP), now) / SMALL_STEP
                     left = apart(values, now)
-                    # Most parameters hardly affect the largest difference between the table and the
-                    # exact values. Skip them.
+                    # Skip the parameters, mostly the majority, that hardly affect the largest
+                    # difference between the table and the exact values.
                     acts = abs(slope[np.argmax(np.abs(left))]) > SMALL_STEP * np.max(np.abs(slope))
                     if now is right and not acts:
                         break

@@ -1,4 +1,4 @@
-"""The result of checking a table of single instants, as data."""
+"""The result of checking a table of single states, as data."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,20 +9,20 @@ from heyoka_bike.display import Displayed
 
 @dataclass(frozen=True, slots=True)
 class CheckedColumn:
-    """A column beside what it should be.
+    """A column of a table, compared with the exact values.
 
     Attributes
     ----------
     key, unit
-        Its name, and its SI unit.
+        Name and SI unit of the column.
     values, missing, wrong
-        Numbers of values, of those that are not finite, and of those that are off.
+        Number of finite values, of missing values, and of wrong values.
     max_error
-        Largest difference over 1 + abs(expected), SI units.
+        Largest difference divided by 1 + abs(expected), in SI units.
     state, place
-        Of the worst value: the number of its state, None for one of the user's own; its row.
+        Place of the worst value: the number of its state, None for a user's own state; its row.
     found, expected
-        The worst value, and what it should be [SI].
+        The worst value, and the exact value [SI].
     """
 
     key: str
@@ -39,13 +39,13 @@ class CheckedColumn:
 
 @dataclass(frozen=True, slots=True)
 class CheckedLevel:
-    """The columns of a level.
+    """The columns of a table that belong to one level of the computation.
 
     Attributes
     ----------
     level : InstantLevel
     columns : tuple of CheckedColumn
-        The worst first.
+        The columns, the worst first.
     """
 
     level: InstantLevel
@@ -53,19 +53,19 @@ class CheckedLevel:
 
     @property
     def passed(self) -> bool | None:
-        """True if all columns are right; None if there are none."""
+        """True if all columns of the level are right; None if the table has none of them."""
         return None if not self.columns else not any(c.wrong for c in self.columns)
 
 
 @dataclass(frozen=True, slots=True)
 class Explained:
-    """A parameter whose other value makes a table right.
+    """A parameter whose wrong value explains the wrong values of a table.
 
     Attributes
     ----------
     symbol, unit
     value, right
-        That of the table, and that of the bicycle [SI].
+        The value that explains the table, and the value of the bicycle [SI].
     """
 
     symbol: str
@@ -76,7 +76,7 @@ class Explained:
 
 @dataclass(frozen=True, repr=False)
 class CheckedTable(Displayed):
-    """The result of checking a table of instants.
+    """The result of checking a table of single states.
 
     Attributes
     ----------
@@ -90,12 +90,11 @@ class CheckedTable(Displayed):
         True if the states are those of the table, not known ones.
     tolerance
     levels : tuple of CheckedLevel
-        All of them, in their order.
+        All levels, in the order of the computation.
     left_out : tuple of str
         Names of columns that are not known.
     explained : tuple of Explained
-        Single parameters with other values of which every value is right down to the first level
-        that fails.
+        Parameters, each of which explains all values down to the first level that fails.
     """
 
     path: str
@@ -111,7 +110,7 @@ class CheckedTable(Displayed):
 
     @property
     def failed(self) -> CheckedLevel | None:
-        """The first level that fails."""
+        """The first level that fails; None if no level fails."""
         return next((x for x in self.levels if x.passed is False), None)
 
     @property

@@ -25,7 +25,7 @@ from heyoka_bike.scoring.scores import Alternative, ColumnScore, also_open, odds
 
 
 def conventions(report: Report) -> Iterator[Conventions]:
-    """Yield all conventions of a file together; nothing if all are the default."""
+    """Yield one piece of evidence for all conventions of a file; nothing if all are the default."""
     columns = {key: places[0][1] for key, places in report.by_column().items()}
     # A sign that may be an error is not a convention.
     contradicted = {key for odd in odd_signs(report) for key in odd.keys}
@@ -39,7 +39,7 @@ def conventions(report: Report) -> Iterator[Conventions]:
 
 
 def each_convention(report: Report) -> Iterator[Convention]:
-    """Yield each column's convention, with the errors that remain under each choice."""
+    """Yield evidence of each column's convention, with the errors under each choice."""
     for key, places in report.by_column().items():
         columns = [c for _, c in places]
         taken, written = columns[0].as_understood, columns[0].as_written
@@ -57,7 +57,7 @@ def each_convention(report: Report) -> Iterator[Convention]:
 
 
 def _is_another(c: ColumnScore) -> bool:
-    """True if a column is known to have another definition than the default."""
+    """True if a column certainly has a definition other than the default."""
     return c.definition != c.as_written.definition and c.is_known
 
 

@@ -7,7 +7,7 @@ from heyoka_bike.scoring.report import Report
 
 
 def covered_in_part(report: Report) -> Iterator[CoveredInPart]:
-    """Yield parts of the run without complete rows, once for maneuvers with the same rows."""
+    """Yield evidence of missing rows, once for all maneuvers with the same rows."""
     reported = set()
     for m in report.maneuvers:
         duration = float(m.part.reference.duration)

@@ -12,8 +12,8 @@ VISIBLE = 1e-2
 
 def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
     """Yield maneuvers that meet the limit of eq. (1), although a column is visibly wrong."""
-    # The benchmark judges some maneuvers with eq. (1), each with a limit. Maneuvers without a limit
-    # are compared with the limit of one of these.
+    # The benchmark judges some maneuvers with eq. (1), each with a limit. For other maneuvers, use
+    # the smallest of these limits.
     limits = [m.performance_limit for m in report.maneuvers if m.performance_limit is not None]
     hidden = {}
     for m in report.maneuvers:

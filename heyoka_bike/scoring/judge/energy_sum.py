@@ -34,8 +34,8 @@ def energy_sum(
         return None, None
     traces = [columns[key].trace for key in keys]
     if has_rest:
-        # The values have more digits than binary64. The energies of the reference add up exactly,
-        # so the errors must add up, too.
+        # The values have more digits than binary64, so compare their errors. The energies of the
+        # reference add up exactly, so the errors must add up, too.
         difference = traces[0].error + traces[1].error - traces[2].error
     else:
         total, rest = two_sum(traces[0].value, traces[1].value)

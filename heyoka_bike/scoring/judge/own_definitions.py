@@ -85,7 +85,10 @@ def far_worse(
 
 
 def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
-    """True if the error of the potential energy is far below the square of an error of angles.
+    """True if the error of the potential energy excludes an error of this size in the angles.
+
+    The error of the energy would be about the square of the error of the angles; it must be far
+    smaller.
 
     The error of the energy is relative to its variation, the error of the angles to their size.
     """
@@ -97,7 +100,7 @@ def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
 
 
 def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE, size: Size = typical) -> bool:
-    """True if the error exceeds `times` the limit, and rounding does not explain it."""
+    """True if the error is above `times` the limit, and rounding does not explain it."""
     return size(c) > times * limit and not c.is_hidden
 
 

@@ -1,4 +1,4 @@
-"""Precision: single precision numbers, and errors that come from few digits.
+"""Precision: single-precision numbers, and errors that come from few digits.
 
 A program may write its numbers in single precision, or compute with them. Rounding to 24 bits
 causes noise of a known size, which jumps from row to row.
@@ -22,14 +22,14 @@ _ROWS_LOOKED_AT = 4000
 # 1.7e-8 to 3.4e-8 (root mean square). Computing a value from several rounded ones causes a few
 # times as much.
 _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
-# Minimum fraction of the columns that must have this noise for single precision to be reported.
+# Minimum fraction of the columns with noise of this size for single precision to be reported.
 _PART_OF_COLUMNS = 2 / 3
 
 
 def single_precision(report: Report) -> Iterator[SinglePrecision]:
-    """Report that a file was written or computed in single precision, despite more digits."""
+    """Yield evidence that a file was written or computed in single precision."""
     every = [(m.part, c) for m in report.maneuvers for c in m.columns]
-    # Constant columns do not show the precision.
+    # Leave out constant columns, because they do not show the precision.
     telling = [(p, c) for p, c in every if c.values >= FEWEST_ROWS and np.ptp(c.trace.value)]
     single = {c.key for part, c in telling if _is_single(part, c)}
     others = {c.key for _, c in telling} - single
@@ -42,7 +42,7 @@ def single_precision(report: Report) -> Iterator[SinglePrecision]:
 
 
 def _is_single(part: Part, c: ColumnScore) -> bool:
-    """True if a column contains single precision numbers, written with more digits than needed."""
+    """True if a column contains single-precision numbers, even if it has more digits."""
     quantum = part.quantum.get(c.key)
     if quantum is None or quantum.base != 2:
         return False
@@ -58,19 +58,18 @@ def _has_its_noise(c: ColumnScore) -> bool:
         return False
     found = roughness(c.trace.error[:_ROWS_LOOKED_AT])
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
-    # Rounding to the digits written may cause noise up to the rounding floor.
+    # Noise below the rounding floor may come from the digits written.
     if found.size <= (c.floor or 0.0) or not size:
         return False
     return found.is_white and _NOISE_OF_SINGLE[0] < found.size / size < _NOISE_OF_SINGLE[1]
 
 
-# Significant digits of binary64. If a file has fewer digits, and they limit the score, this is
-# reported.
+# Significant digits of binary64. A file with fewer digits is reported if they limit its score.
 _DIGITS_OF_BINARY64 = 15
 
 
 def digits_written(report: Report) -> Iterator[FewDigits]:
-    """Report the columns whose errors come from few decimal digits, not from single precision."""
+    """Yield evidence of columns whose errors come from few decimal digits."""
     digits = report.file.significant_digits
     if digits is None or digits >= _DIGITS_OF_BINARY64:
         return

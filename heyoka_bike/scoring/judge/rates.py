@@ -1,6 +1,6 @@
-"""Rates: whether a rate is the derivative of the file's angle, whatever the errors of both.
+"""Rates: whether a rate is the derivative of the file's angle, even if both are wrong.
 
-The reference's rate is the derivative of its angle, so comparing the errors suffices. They are
+The reference's rate is the derivative of its angle, so it suffices to compare the errors, which are
 small and smooth: over a step, the increase of the angle's error should be the integral of the
 rate's error.
 """
@@ -40,7 +40,7 @@ def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
 def from_derivative(
     reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
 ) -> tuple[float | None, bool]:
-    """Return the rms difference of a rate from the derivative of its angle, and if it is wrong.
+    """Return the rms difference of a rate from the angle's derivative, and whether it is wrong.
 
     The difference [rad/s] is None if the file does not show it. The rate is wrong if the difference
     is larger than rounding, and at least twice as large as the derivative of the angle's error. The
@@ -72,15 +72,16 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    # An integrator's error changes the rate and the angle in the same way. If the rate is a finite
-    # difference of the angle, its error does not appear in the angle.
+    # An integrator's error changes the rate and the angle in the same way, so the difference is
+    # small compared with the slope of the angle's error. If the rate is a finite difference of the
+    # angle, its error does not appear in the angle.
     return found, found > max(MAX_ROUNDING_FLOORS * rounding, AS_GOOD * rms(slope))
 
 
 def _distance_left_open(
     reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
 ) -> float:
-    """Return the rms difference between the definitions possible for the rate [rad/s]."""
+    """Return the largest rms difference between definitions that the rate may have [rad/s]."""
     names = {c.definition: c.name for c in reference.definitions[rate.key]}
     angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)

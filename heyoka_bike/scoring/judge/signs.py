@@ -36,8 +36,8 @@ def _choices() -> dict[str, frozenset[str]]:
         "yaw": {"heading"}, "yaw_rate": {"heading"},
     }  # fmt: skip
     for end in _ENDS:
-        # The columns of this matrix are the frame's axes, and its determinant is one. So the sign
-        # of the third axis follows from the signs of all other axes.
+        # The columns of the rotation matrix are the frame's axes, and its determinant is one. So
+        # the sign of the third axis follows from the signs of all other axes.
         axes = {"x": {f"{end} x"}, "y": {f"{end} y"}}
         axes["z"] = {*axes["x"], *axes["y"], *_GROUND.values()}
         for i, row in enumerate("xyz", 1):
@@ -70,7 +70,7 @@ CHOICES: Mapping[str, frozenset[str]] = _choices()
 
 
 def odd_signs(report: Report) -> Iterator[SignContradiction | SensesOpposed]:
-    """Yield signs that contradict each other, and senses that are probably an error."""
+    """Yield evidence of signs that contradict each other, or that are probably an error."""
     signs = {
         key: places[0][1].as_understood.sign
         for key, places in report.by_column().items()
@@ -95,7 +95,7 @@ def _has_sign(places: Sequence[Place]) -> bool:
 
 
 def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
-    """Return sets of columns whose signs no choice of axes and senses explains.
+    """Return sets of columns whose signs cannot be explained by any choice of axes and senses.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def _impossible(keys: Iterable[str], signs: Mapping[str, int]) -> list[tuple[str, ...]]:
-    """Return inconsistent sets of equations: Gaussian elimination reduces each to 0 = 1."""
+    """Return sets of columns with inconsistent equations: elimination reduces them to 0 = 1."""
     keys = list(keys)
     solved: list[tuple[str, frozenset[str], frozenset[str], bool]] = []
     found: list[set[str]] = []

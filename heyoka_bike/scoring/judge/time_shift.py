@@ -21,8 +21,9 @@ from heyoka_bike.scoring.units import factor
 
 # Step between the shifts of a first coarse search [s].
 _FIRST_STEP = FASTEST_MODE / 2
-# Largest error of columns that fit, relative to their rms: definitions of the roll angle differ by
-# 0.03. In addition, the shift must clearly reduce the errors in each maneuver.
+# Largest error of columns that fit, relative to their rms. It must exceed 0.03, by which the
+# definitions of the roll angle differ. In addition, the shift must clearly reduce the errors in
+# each maneuver.
 _FITS = 0.05
 # Number of steps of the golden section search, which narrows the shift from a hundredth of a second
 # to a nanosecond.
@@ -75,7 +76,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
 
 
 def _some_rows(part: Part) -> Part | None:
-    """Return some rows of the columns that show a shift; None if there are none."""
+    """Return some rows of roll and steer, which show a shift; None if there are none."""
     if len(part.time) < 2:
         return None
     # Speed and energies hardly vary, so they do not show a shift.
@@ -120,7 +121,7 @@ def _mean_error(motions: Sequence[Part], shift: float, *, exact: bool = True) ->
 
 
 def _refined(motions: Sequence[Part], near: float) -> float:
-    """Return the best shift within a step of the grid, by golden-section search."""
+    """Return the best shift within one step of the grid around `near`, by golden-section search."""
     low, high = near - _FIRST_STEP, near + _FIRST_STEP
     for _ in range(_ROUNDS_OF_GOLDEN_SECTION):
         a, b = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)

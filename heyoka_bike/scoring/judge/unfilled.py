@@ -16,12 +16,12 @@ from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of
 
-# Columns that count as never filled in if they have any constant value. Other columns count as
+# These columns count as never filled in if they have any constant value. Other columns count as
 # never filled in only if they are zero, because the linear equations have a constant speed, and a
 # motion at rest has a constant angle.
 _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
-# Largest relative variation, by the roundoff of the integrator, of a column in an upright and
-# straight run.
+# Largest relative variation of a column in an upright and straight run, due to the integrator's
+# roundoff.
 _ROUNDOFF_OF_INTEGRATOR = 1e-9
 
 
@@ -46,7 +46,7 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 
 
 def _unfilled(part: Part) -> dict[str, float]:
-    """Return the columns that were never filled in, with the number in their rows."""
+    """Return the columns that were never filled in, with the constant value of each."""
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
     if len(part.time) < MIN_ROWS_FOR_SHAPE or _runs_straight(part):
         return empty
@@ -85,7 +85,7 @@ def _runs_straight(part: Part) -> bool:
 
 
 def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
-    """True if the quantity varies visibly, in every definition, at the digits written."""
+    """True if the quantity, in every definition, varies by more than its digits can hide."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
     for name, expected in part.reference.approximate(rows, names).items():

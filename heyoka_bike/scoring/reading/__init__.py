@@ -1,1 +1,1 @@
-"""Reading of programs' results: from text, NumPy, MATLAB, HDF5 and other files, and from arrays."""
+"""Reading of results from text, NumPy, MATLAB, HDF5 and other files, and from arrays."""

@@ -1,4 +1,4 @@
-"""Assembly of a file's results from its tables: one block for each maneuver, sorted by time."""
+"""Assemble the results of a file from its tables: one block per maneuver, sorted by time."""
 
 from __future__ import annotations
 
@@ -39,8 +39,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     Raises
     ------
     InputError
-        Columns that cannot be identified, a maneuver that is not in the reference, or a time that
-        is not finite.
+        Columns cannot be identified, a maneuver is not in the reference, or a time is not finite.
     """
     known, seen = _of_the_reference(tables, request)
     for table in known:
@@ -49,7 +48,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     digits: list[int] = []
     bad: list[_BadPlace] = []
     every = [*chain.from_iterable(_one_by_one(x, request) for x in known)]
-    # If the file contains several tables, a comment may be about all of them.
+    # If the file contains several tables, a maneuver in the comments may belong to any of them.
     is_alone = len(every) == 1
     for table, places in every:
         if places.nanoseconds is not None:
@@ -73,7 +72,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
 
 
 def _refuse_unfilled(table: ReadTable, request: Request) -> None:
-    """Raise an error if the last rows contain only zeros: the array was not filled completely."""
+    """Raise an error if the last rows contain only zeros, because the array was not filled."""
     count = len(table.columns[0].values)
     is_zero = np.logical_and.reduce([column.values == 0 for column in table.columns])
     first = count - int(np.argmin(is_zero[::-1])) if not is_zero.all() else 0
@@ -85,7 +84,10 @@ def _refuse_unfilled(table: ReadTable, request: Request) -> None:
 def _of_the_reference(
     tables: Sequence[ReadTable], request: Request
 ) -> tuple[list[ReadTable], list[Evidence]]:
-    """Return tables of the reference's maneuvers or an unnamed one, and evidence of the others."""
+    """Return the tables of maneuvers in the reference, and evidence of tables left out.
+
+    Tables without a maneuver number are kept, too.
+    """
     numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
     parts = [part for table in tables for part in _by_maneuver(table, request)]
     known = [part for part in parts if part.maneuver in numbers]
@@ -117,7 +119,7 @@ def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
 
 
 def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable, ColumnLayout]]:
-    """Yield a table and its layout, once for each of the maneuvers below each other.
+    """Yield a table and its layout, or each part of a table with several maneuvers in sequence.
 
     Each maneuver begins where the times return to the first time.
     """
@@ -161,6 +163,6 @@ def _rows(
 
 
 def _not_finite(bad: Sequence[_BadPlace]) -> NotFinite:
-    """Return the evidence of values that are not finite: their number, and the first place."""
+    """Return evidence of values that are not finite: how many they are, and where the first is."""
     line, column, counted_by, _ = min(bad)
     return NotFinite(sum(n for *_, n in bad), counted_by, line, column)

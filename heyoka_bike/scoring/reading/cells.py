@@ -1,4 +1,4 @@
-"""Rows of numbers in the cells of a sheet, read by the rules for the lines of a text.
+"""Read rows of numbers in the cells of a sheet by the rules for the lines of a text.
 
 Each row is a line that is already split into fields. So headings, lines of units, rows of column
 numbers, comments, numbers written as words, and an incomplete last row mean the same as in a text.
@@ -26,7 +26,7 @@ _EXPECTED = "expected a number (a formula has a value once a spreadsheet program
 
 
 def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
-    """Read the rows of numbers in a table of cells, by the rules for the lines of a text.
+    """Return the rows of numbers in a sheet as a table, by the rules for the lines of a text.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
 
 
 def _without_value(lines: Sequence[Sequence[Any]], request: Request) -> InputError | None:
-    """Return the error of a row of numbers with an empty cell; None if there is no such row."""
+    """Return the error for the first row of numbers with an empty cell; None without such a row."""
     for i, row in enumerate(lines, 1):
         empty = [j for j, x in enumerate(row, 1) if x is None]
         if empty and len(row) > len(empty) + 1 and all(is_number(x) for x in row if x is not None):
@@ -89,7 +89,7 @@ def _trimmed(row: Sequence[Any]) -> list[Any]:
 
 
 def before_comment(row: Sequence[Any]) -> list[Any]:
-    """Return the cells of a row up to a comment."""
+    """Return the cells of a row that precede a comment."""
     for j, cell in enumerate(row):
         if isinstance(cell, str) and (rest := without_comment(cell)) != cell.strip():
             return _trimmed([*row[:j], rest])

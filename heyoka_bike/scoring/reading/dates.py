@@ -1,4 +1,4 @@
-"""Times of day, with or without a date, as seconds from the first row.
+"""Convert times of day, with or without a date, to seconds from the first row.
 
 A run takes far less than a day, so the date is not needed. A time of day that is more than half a
 day earlier than the one before belongs to the next day.
@@ -19,7 +19,7 @@ _TIME_OF_DAY = re.compile(
     r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|[+-][0-9]{2}:?[0-9]{2})?"
 )
 _SECONDS_OF_DAY = 86_400
-# Maximum length of a time with a date that is parsed [characters].
+# Maximum length of a text that is parsed as a time of day [characters].
 _LONGEST = 60
 
 
@@ -30,7 +30,7 @@ def first_date(source: Any) -> str | None:
 
 
 def seconds_from_first(source: Any) -> list[str] | None:
-    """Return times of day as decimals, in seconds from the first; None for other times.
+    """Convert times of day to decimals, in seconds from the first; None for other times.
 
     Parameters
     ----------

@@ -29,9 +29,8 @@ _SINGLE_DIGITS = 9
 # Minimum number of different decimals that show whether a column contains rounded single-precision
 # numbers.
 _ENOUGH_SINGLE = 20
-# The numbers of a column show how many digits are written if all of them are this short by chance
-# with a probability below 10 to minus the first value. The second value is the maximum number of
-# numbers that are examined.
+# A column is read as written with d digits if the probability that all its numbers have at most d
+# digits by chance is below 10^-_LOG_OF_CHANCE. At most _ENOUGH_SHORT numbers are examined.
 _LOG_OF_CHANCE, _ENOUGH_SHORT = 6.0, 1000
 
 
@@ -47,11 +46,12 @@ def places_of(number: str) -> int:
 
 
 def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
-    """True if numbers are known to more digits than binary64, not only printed with more.
+    """True if numbers contain more digits than binary64, and not only digits without meaning.
 
-    With 18 digits, one number in ten equals a printed binary64 number by chance. So numbers count
-    as printed binary64 only if at least five have such digits, and all of these equal one. One time
-    suffices, because a file may have few.
+    A program may print a binary64 number with more digits than it has. With 18 digits, one decimal
+    in ten equals a printed binary64 number by chance. So numbers count as printed binary64 only if
+    at least five have such digits, and all of these equal a binary64 number. One time suffices,
+    because a file may have few times.
     """
     long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
     # The savetxt of NumPy writes 0.1 as 1.000000000000000056e-01, which contains no more
@@ -65,7 +65,7 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
 def written_column(
     values: Array, lo: Array | None, written: Iterable[str], is_time: bool
 ) -> ReadColumn:
-    """Return a column of a text, with the resolution that some of its written numbers show."""
+    """Return a column of decimals, with the resolution that some of its written numbers show."""
     finite = [x for x in written if isfinite(float(x))]
     digits = max((len(significant(x)) for x in finite), default=0)
     places = {places_of(x) for x in finite} or {-1}
@@ -79,7 +79,7 @@ def written_column(
         count = max(1, floor(log10(largest)) + 1 + most)
         return ReadColumn(values, lo, Quantum(10, places=most), count, digits)
     if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
-        # These are single-precision numbers that are printed with more digits than their precision.
+        # These are single-precision numbers, printed with more digits than single precision has.
         return ReadColumn(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], digits)
     # Times always have the low part `lo`, so `lo` alone does not indicate more digits than
     # binary64.
@@ -93,7 +93,7 @@ def written_column(
 
 
 def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
-    """Return the column times 10 to this power, with the same number of written digits."""
+    """Return the column multiplied by 10^power, with the same number of written digits."""
     values, lo, ten = column.values, column.lo, np.full(len(column.values), 10.0 ** abs(power))
     both = values, np.zeros_like(values) if lo is None else lo
     hi, rest = multiply(both, (ten, np.zeros_like(ten))) if power > 0 else divide(both, ten)
@@ -104,10 +104,10 @@ def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
 
 
 def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
-    """True if numbers show how many digits are written; a constant does not.
+    """True if the numbers show how many digits are written; False for a constant column.
 
-    A few numbers with nearly as many digits as binary64 needs may be short by chance: one in ten
-    for each missing digit.
+    A few numbers with nearly as many digits as binary64 needs may be short by chance: for each
+    missing digit, the probability is one in ten.
     """
     if not len(values) or _is_constant(values, lo):
         return False
@@ -120,7 +120,7 @@ def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
 
 
 def evened(columns: list[ReadColumn], time: int) -> list[ReadColumn]:
-    """Give constant columns of a table the finest resolution among the other columns."""
+    """Give the constant columns of a table the finest resolution of its other columns."""
     varying = [w for j, w in enumerate(columns) if j != time and w.digits is not None]
     if not varying:
         return columns
@@ -129,7 +129,7 @@ def evened(columns: list[ReadColumn], time: int) -> list[ReadColumn]:
 
 
 def binary_column(values: Array, lo: Array | None, bits: int) -> ReadColumn:
-    """Return a column of binary numbers with this many bits."""
+    """Return a column of binary numbers with this many significant bits."""
     if bits == 53:
         bits = binary_digits(values)
     varies = bool(len(values)) and not _is_constant(values, lo)
@@ -145,27 +145,27 @@ def column_of_steps(values: Array, step: float) -> ReadColumn:
 
 
 def binary_digits(values: Array) -> int:
-    """Return 24 if all values are single precision numbers, not only integers; else 53."""
+    """Return 24 if all values are single-precision numbers and not all are integers; else 53."""
     finite = values[np.isfinite(values)]
     return 24 if are_single(values) and (finite != np.rint(finite)).any() else 53
 
 
 def are_single(values: Array) -> bool:
-    """True if all finite values are single precision numbers."""
+    """True if all finite values are single-precision numbers."""
     return bool(((as_single(values) == values) | ~np.isfinite(values)).all())
 
 
 def _are_single_written(values: Array, digits: int) -> bool:
-    """True if decimals are single precision numbers, rounded to this many digits.
+    """True if decimals are single-precision numbers, rounded to this many digits.
 
-    With nine digits, one number in ten is near such a number by chance, so many different ones have
-    to be.
+    With nine digits, one decimal in ten is near a single-precision number by chance. So many
+    different decimals have to be near one.
     """
     some = np.sort(values[np.isfinite(values) & (values != np.rint(values))])
     if np.count_nonzero(np.diff(some)) + 1 < _ENOUGH_SINGLE:
         return False
-    # A decimal differs from the number it was rounded from by at most half a digit, plus the error
-    # of reading it into binary64.
+    # A decimal differs from the number that it stands for by at most half a unit of its last digit,
+    # plus the error of reading it into binary64.
     nearest = 0.501 * Quantum(10, digits=digits).at(some)
     return bool((np.abs(some - as_single(some)) <= nearest).all())
 

@@ -1,4 +1,4 @@
-"""Encodings of texts, and their whole lines with plain blanks and minus signs.
+"""Decode texts to whole lines, with ordinary blanks and minus signs.
 
 A byte order mark shows UTF-8, UTF-16 or UTF-32 (Unicode Standard, section 23.8). Without a mark, a
 text with many zero bytes is UTF-16. Any other text is UTF-8; bytes that are not valid UTF-8 are
@@ -26,7 +26,7 @@ _BOMS = (
 # memory.
 _LONGEST_LINE = 4_000_000
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
-# Typographic minus signs and blanks are replaced with plain ones.
+# Translation of typographic minus signs and blanks to ordinary ones.
 _PLAIN_SIGNS = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
 # Largest fraction of control characters in a text. A damaged text may contain a few of them; in
 # random bytes, one in ten is a control character.
@@ -34,7 +34,7 @@ _MOST_CONTROLS = 0.02
 
 
 def encoding_of(head: bytes) -> tuple[str, int] | None:
-    """Return the encoding of a text by its first bytes, and the length of its mark, or None.
+    """Return the encoding of a text and the length of its byte order mark; None if not a text.
 
     Bytes with hardly any control characters are text. Bytes that are not valid UTF-8 can only be in
     headings and comments, where they do no harm.
@@ -60,7 +60,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     Parameters
     ----------
     chunks
-        The text after its mark, cut anywhere.
+        The parts of the text after its byte order mark.
     encoding
         See `encoding_of`. Bytes that are not valid UTF-8 are read as Latin-1.
     request
@@ -69,7 +69,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     Raises
     ------
     InputError
-        A line that is too long, or text that is not in that encoding.
+        A line is too long, or the text is not in this encoding.
     """
     errors = "latin-1" if encoding == "utf-8" else "strict"
     plain = codecs.getincrementaldecoder(encoding)(errors)

@@ -79,7 +79,7 @@ def results_of(
 
 
 def words(given: str | Sequence[str], what: str) -> list[str]:
-    """Return a list of words, from one text separated by commas or from several texts.
+    """Return a list of words from one text with commas, or from a list of texts.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def words(given: str | Sequence[str], what: str) -> list[str]:
 
 
 def several(given: Any) -> list[Any]:
-    """Return the list of results of several runs or programs.
+    """Check that results are a list for several runs or programs, and return the list.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def several(given: Any) -> list[Any]:
 
 
 def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the times to named columns; refuse names that are not columns."""
+    """Return named columns with the times; raise an error for a name that is not of a column."""
     for name in named:
         if not any(map(is_known, (name, name.removesuffix("_lo")))):
             raise InputError(
@@ -123,7 +123,10 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results:
-    """Return results of this maneuver, if a number is given; name an unnamed one."""
+    """Return results with this maneuver number; raise an error if they have another number.
+
+    Results without a number get this number. If the number is None, the results are unchanged.
+    """
     held = [rows.maneuver for rows in results.maneuvers]
     if number is None or held == [number] or (number in held and not is_only):
         return results
@@ -136,6 +139,6 @@ def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results
 
 
 def _held_words(held: Sequence[int | None]) -> str:
-    """List the maneuvers of results; count those without a number."""
+    """Return a list in words of the maneuvers in results, or the number of unnamed maneuvers."""
     numbers = [n for n in held if n is not None]
     return maneuvers(numbers) if numbers else f"{len(held)} maneuvers without numbers"

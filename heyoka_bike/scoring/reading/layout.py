@@ -1,4 +1,4 @@
-"""The layout of a table: the meaning of each column, by its name or its place."""
+"""Find the layout of a table: the meaning of each column, by its name or its place."""
 
 from __future__ import annotations
 
@@ -65,16 +65,16 @@ class ColumnLayout:
 
 
 def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
-    """Determine the meaning of each column.
+    """Return the layout of a table: the meaning of each column.
 
-    Names decide if all of them are known, or if a known name contradicts the benchmark's order.
-    Otherwise the place decides, if there are 9 or 1 + 8 count columns. Otherwise the known names
-    decide.
+    The names determine the columns if all names are known, or if a known name contradicts the
+    benchmark's order. Otherwise, the places determine them if there are 9 or 1 + 8 count columns.
+    Otherwise, the known names do, and the other columns are left out.
 
     Raises
     ------
     InputError
-        The columns cannot be identified, or one is there twice.
+        The columns cannot be identified, or one of them occurs twice.
     """
     headings = meant_together(vectors.headings(request), request.count)
     names = [h.text for h in headings]
@@ -102,7 +102,11 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
 def _contradict_places(
     headings: Sequence[Heading], places: Sequence[Meaning], request: Request
 ) -> bool:
-    """True if a name other than a letter is, or contains, that of a quantity with another place."""
+    """True if a name contradicts the place of its column in the benchmark's order.
+
+    A name contradicts it if it is, or contains, the name of another quantity, but not if it is a
+    single letter.
+    """
     for h, (key, _) in zip(headings, places, strict=False):
         is_letter = bool(letter_of(split_unit(h.text)[0]))
         is_usable = h.key is not None and not h.is_time and not is_letter
@@ -113,7 +117,7 @@ def _contradict_places(
 
 
 def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
-    """Return the meanings of columns without names; None if there are too many or too few."""
+    """Return the meanings of columns by their places; None for an unexpected number of columns."""
     # If there is only one maneuver, its columns need no number.
     by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
     if (numbers := by_width.get(width)) is None:
@@ -123,7 +127,7 @@ def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
 
 
 def _assigned(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
-    """Assign each meaning to one column."""
+    """Return the layout with one column for each meaning."""
     meant: dict[Meaning, int] = {}
     contradicting: set[int] = set()
     every = ((meaning, i) for i, h in enumerate(headings) if (meaning := h.meaning) is not None)
@@ -163,7 +167,7 @@ def _assigned(headings: Sequence[Heading], vectors: ReadTable, request: Request)
 
 
 def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, Heading]) -> bool:
-    """True if two columns contain the same values, each in the unit of its heading."""
+    """True if two columns contain the same values after conversion from their named units."""
     values, bounds = [], []
     for column, heading in (first, second):
         assert heading.key is not None
@@ -175,7 +179,7 @@ def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, H
     if not np.array_equal(one[~are_finite], other[~are_finite], equal_nan=True):
         return False
     one, other = one[are_finite], other[are_finite]
-    # A column may be rounded when it is converted, and again when it is written.
+    # Each column may be rounded when it is converted, and again when it is written.
     bound = (bounds[0] + bounds[1])[are_finite] + _ROUNDING * np.max(np.abs(one), initial=0.0)
     return bool(np.all(np.abs(other - one) <= bound))
 
@@ -184,7 +188,7 @@ def _not_used(
     headings: Sequence[Heading], used: Collection[int], contradicting: Collection[int],
     request: Request,
 ) -> list[Evidence]:  # fmt: skip
-    """Return evidence of columns that are not used, unless the user left them out."""
+    """Return evidence of the columns that are not used, except those that the user left out."""
     left = [i for i, h in enumerate(headings) if i not in used and h.text not in LEFT_OUT]
     left = [i for i in left if not headings[i].is_maneuver]
     known = [i for i in left if headings[i].key is None and quantity_of(headings[i].text)]
@@ -201,14 +205,14 @@ def _not_used(
 
 
 def _oddity(heading: Heading) -> tuple[bool, bool]:
-    """Return whether a heading has a unit other than SI, and whether the unit is an ending."""
+    """Return a sort key of headings: SI units come first; of these, unit endings come last."""
     return not is_si(heading.unit), heading.is_ending
 
 
 def _names_unused(
     headings: Sequence[Heading], places: Sequence[Meaning]
 ) -> tuple[NamesNotUsed, ...]:
-    """Return evidence of known names that contradict the places of their columns."""
+    """Return evidence of known names that are not used: they contradict the places of columns."""
     both = enumerate(zip(headings, places, strict=False))
     wrong = [i for i, (h, (key, _)) in both if h.key not in (None, key)]
     if not wrong:

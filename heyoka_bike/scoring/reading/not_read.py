@@ -1,4 +1,4 @@
-"""Formats that are not read: their first bytes, and how to convert them to a readable format."""
+"""Unsupported formats: how to recognise them by their first bytes, and how to convert them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 
 @dataclass(frozen=True, slots=True)
 class NotRead:
-    """A format that is not read.
+    """A format that is recognised but not supported.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ _PATTERNS = tuple((x, re.compile(x.begins.encode("latin-1"))) for x in NOT_READ)
 
 
 def not_read(head: bytes) -> NotRead | None:
-    """Return the unreadable format that a file's first bytes show; None if it may be readable."""
+    """Return the unsupported format that the first bytes of a file show; None if none is known."""
     return next((x for x, pattern in _PATTERNS if pattern.match(head)), None)
 
 
@@ -115,7 +115,7 @@ def is_called_spreadsheet(suffix: str) -> bool:
 
 
 def folder(path: Path) -> NotRead:
-    """Return what a folder is, and what to do instead: folders are not read."""
+    """Return the message parts for a folder: what kind of folder it is, and how to convert it."""
     is_zarr = any((path / name).exists() for name in ("zarr.json", ".zgroup", ".zarray"))
     if is_zarr:
         return NotRead("a folder of Zarr", "", "in xarray: data.to_netcdf('results.nc')")

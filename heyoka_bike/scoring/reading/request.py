@@ -1,4 +1,4 @@
-"""A request to read a file: the names its columns may have, and the place that errors report."""
+"""A request to read a file: the names that its columns may have, and the place for errors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A file or arrays to read, for a reference with `count` maneuvers.
+    """A request to read a file or arrays that contain results for `count` maneuvers.
 
     Attributes
     ----------
@@ -70,11 +70,11 @@ class Request:
         return replace(self, part=f"{self.part}{part}: ") if part else self
 
     def of_maneuver(self, number: int) -> Request:
-        """Return the request for the part of the file that contains one maneuver."""
+        """Return the request for a part of the file that contains only this maneuver."""
         return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
-        """Return the error with this message, after the file and the part of the file."""
+        """Return an error whose message begins with the file and the part of the file."""
         return InputError(f"{self.part}{message}", file=self.path, line=line, column=column)
 
     @contextmanager
@@ -98,7 +98,7 @@ class Request:
 
     @property
     def widths(self) -> tuple[int, ...]:
-        """Numbers of columns with which columns need no names."""
+        """The numbers of columns for which the columns need no names."""
         if self.known is not None:
             return ()
         if self.names is not None:
@@ -107,17 +107,17 @@ class Request:
 
     @property
     def columns_hint(self) -> str:
-        """The end of a message about unknown names: how the user can name the columns."""
+        """The end of a message about unknown names, with the option that names the columns."""
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
         return f"{self.option}{said} names them"
 
     def by_name(self, members: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-        """Return a mapping of members by name.
+        """Return pairs of a name and an object as a mapping; raise an error if a name occurs twice.
 
         Raises
         ------
         InputError
-            A name is there twice.
+            A name occurs twice.
         """
         found: dict[str, Any] = {}
         for name, x in members:
@@ -138,7 +138,7 @@ class Request:
     def not_columns(
         self, found: str, line: int | None = None, column: int | None = None
     ) -> InputError:
-        """Return the error for columns other than the expected ones."""
+        """Return the error that other contents than the expected columns were found."""
         widths = " or ".join(map(str, self.widths))
         said = f"{widths} columns, or columns named {NAMES}; {self.columns_hint}"
         if self.known is not None:
@@ -148,7 +148,7 @@ class Request:
         return self.error(f"found {found}, expected {said}", line, column)
 
     def wrong_width(self, width: int, rows: int, line: int | None = None) -> InputError:
-        """Return the error for too many or too few columns without names."""
+        """Return the error that columns without names are too many or too few."""
         likely, widths = "", self.widths if self.names is None else ()
         if width + 1 in widths:
             likely = " (is the time missing?)"
@@ -160,12 +160,12 @@ class Request:
 
 
 def maneuver_number(maneuver: Any, count: int) -> int:
-    """Check the number of a maneuver, from 1 to `count`.
+    """Return the number of a maneuver as an integer after checking that it is from 1 to `count`.
 
     Raises
     ------
     InputError
-        It is not such a number.
+        The number is not an integer from 1 to `count`.
     """
     is_number = isinstance(maneuver, Integral) and not isinstance(maneuver, bool)
     if not (is_number and 1 <= maneuver <= count):

@@ -1,4 +1,4 @@
-"""The bytes of a result file, from a path or standard input, unpacked if they are gzipped."""
+"""The bytes of a result file from a path or standard input; gzipped files are unpacked."""
 
 from __future__ import annotations
 
@@ -18,22 +18,23 @@ from heyoka_bike.scoring.reading.encodings import encoding_of
 from heyoka_bike.scoring.reading.not_read import folder
 from heyoka_bike.scoring.reading.request import Request
 
-# Text is read in blocks of this size: their numbers fit into the processor's cache.
+# Size of the blocks in which a text is read [bytes]. The numbers in a block of this size fit into
+# the processor's cache.
 _BYTES_AT_ONCE = 1 << 21
 # Size of the first block of a text [bytes]. It shows how rows are written, so it must contain any
 # heading and some rows.
 _BYTES_OF_HEAD = 1 << 21
-# Number of bytes at the beginning of the first block that distinguish text from other formats.
+# Number of bytes at the beginning of a file that show whether the file is a text or has another
+# format.
 _BYTES_OF_SIGNATURE = 4096
 _BYTES_OF_LENGTH = 4
-# Largest compression ratio of gzip, because deflate needs at least two bits for 258 bytes (RFC
-# 1951).
+# Largest compression ratio of gzip: deflate needs at least two bits for 258 bytes (RFC 1951).
 _MOST_PACKED = 1032
 _GZIP_SIGNATURE = b"\x1f\x8b"
 
 
 class ResultFile:
-    """A file, or standard input, unpacked if it is gzipped.
+    """A result file, or standard input; gzipped contents are unpacked.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class ResultFile:
         self.request = request
         self.stack = stack
         self._file = self._open(source)
-        # Bytes that may still be unpacked; None if the file is not packed.
+        # Number of bytes that may still be unpacked; None if the file is not packed.
         self._left: int | None = None
         self._plain = None if source == "-" else Path(source)
         self.head = self._read(_BYTES_OF_HEAD)
@@ -79,7 +80,7 @@ class ResultFile:
 
     @property
     def signature(self) -> bytes:
-        """The first bytes, which show the format."""
+        """The first bytes of the file, which show the format."""
         return self.head[:_BYTES_OF_SIGNATURE]
 
     def text(self) -> Iterator[bytes]:
@@ -89,7 +90,7 @@ class ResultFile:
             yield chunk
 
     def content(self) -> bytes:
-        """Read all bytes into the head, and return it."""
+        """Read all remaining bytes and return the whole content."""
         self.head += self._read(-1)
         return self.head
 
@@ -105,10 +106,11 @@ class ResultFile:
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
     def _refuse_long(self) -> None:
-        """Raise an error at once if the length stored in a packed file exceeds the limit.
+        """Raise an error if the unpacked length that a gzipped file states exceeds the limit.
 
         The last four bytes are the unpacked length, modulo 2^32 (RFC 1952, section 2.3.1). In a
-        damaged file they are arbitrary, and mostly larger than the compression ratio allows.
+        damaged file they are arbitrary, and mostly larger than the compression ratio allows. Such a
+        length is ignored.
         """
         if self._plain is None or not self._plain.is_file():
             return
@@ -136,7 +138,7 @@ class ResultFile:
             raise self._unreadable(e) from None
 
     def _read(self, size: int) -> bytes:
-        """Read at most `size` more bytes, or all remaining ones if it is -1."""
+        """Read at most `size` more bytes, or all remaining bytes if `size` is -1."""
         try:
             if self._left is None:
                 return self._file.read(size)

@@ -1,4 +1,4 @@
-"""The results of a program as its file contains them: nothing converted, no definition assumed."""
+"""The results in a file as they are written: not converted, and without assumed definitions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Quantum:
     step: float = 1.0
 
     def at(self, values: Array) -> Array:
-        """Return the distance of neighbouring written numbers at each value, in its unit."""
+        """Return the distance between neighbouring numbers at each value, in the values' unit."""
         if self.digits is None:
             assert self.places is not None
             return np.full(np.shape(values), self.step * float(self.base) ** -self.places)
@@ -51,7 +51,7 @@ class Quantum:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Rows:
-    """Columns of one maneuver, as written: nothing converted, no definition assumed.
+    """The columns of one maneuver as they are written: not converted, no definition assumed.
 
     Attributes
     ----------
@@ -88,12 +88,12 @@ class Rows:
         return hi, self.lo.get(key, np.broadcast_to(0.0, hi.shape))
 
     def spacing(self, key: str, values: Array) -> Array:
-        """Return the distance of neighbouring written numbers at some values; 0 if unknown."""
+        """Return the distance between neighbouring written numbers at some values; 0 if unknown."""
         quantum = self.quantum.get(key)
         return np.zeros(np.shape(values)) if quantum is None else quantum.at(values)
 
     def only(self, keys: Collection[str]) -> Self:
-        """Return the same rows with only these columns."""
+        """Return the rows with only these columns."""
         return replace(self, values={key: x for key, x in self.values.items() if key in keys})
 
     def at(self, rows: slice | NDArray[Any]) -> Self:
@@ -123,7 +123,7 @@ def renamed(rows: AnyRows, names: Mapping[str, str | None]) -> AnyRows:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Results:
-    """A result file.
+    """The results in a file, or in arrays.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class Results:
     significant_digits
         Decimal digits of the column written with the fewest digits; None if unknown.
     seen : tuple of Evidence
-        Anything unusual in reading the file.
+        Evidence of anything unusual that was found on reading the file.
     """
 
     path: str
@@ -146,7 +146,7 @@ class Results:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The evidence as messages, with the numbers behind them."""
+        """Findings: a message for each piece of evidence, with its numbers."""
         return tuple(e.finding() for e in self.seen)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Reading of programs' results: from files, whose content shows the format, and from objects."""
+"""Reading of results from files, whose content shows the format, and from Python objects."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def read_results(
 
 
 def read_columns(source: Any, known: Callable[[str], bool]) -> ReadTable:
-    """Read named columns without times, from what `read_results` takes.
+    """Read named columns without times, from the same sources as `read_results`.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> ReadTable:
 
 
 def _read_tables(source: Any, request: Request) -> tuple[list[ReadTable], str]:
-    """Read the tables of a file or of arrays; also return the format."""
+    """Return the tables of a file or of arrays, and the name of the format."""
     if not isinstance(source, str | PathLike):
         return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()

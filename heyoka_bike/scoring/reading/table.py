@@ -1,4 +1,4 @@
-"""Tables as they were read: the common form of all formats, columns of the same length."""
+"""Tables: the common form in which all formats are read, with columns of the same length."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from heyoka_bike.scoring.reading.results import Quantum
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReadColumn:
-    """A column as it was read.
+    """A column as it was read, with its resolution.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class ReadColumn:
     significant: int | None = 0
 
     def of_rows(self, rows: NDArray[np.bool_]) -> ReadColumn:
-        """Return the column with some of the rows."""
+        """Return the column with some of its rows."""
         lo = None if self.lo is None else self.lo[rows]
         return replace(self, values=self.values[rows], lo=lo)
 
@@ -76,7 +76,7 @@ class ReadTable:
     seen: tuple[Evidence, ...] = ()
 
     def headings(self, request: Request) -> list[Heading]:
-        """Return the headings of the columns, from the user or else the file; empty without any."""
+        """Return the headings that the user gave, or else those in the file; empty without any."""
         return [parse_heading(name) for name in request.names or self.names or ()]
 
     def place(self, row: int) -> tuple[str, int]:
@@ -86,14 +86,14 @@ class ReadTable:
     def error(
         self, request: Request, row: int, message: str, column: int | None = None
     ) -> InputError:
-        """Return the error with this message, after the place of the row."""
+        """Return an error whose message begins with the place of the row."""
         counted_by, number = self.place(row)
         if counted_by == "line":
             return request.error(message, number, column)
         return request.error(f"row {number}: {message}")
 
     def of_rows(self, rows: NDArray[np.bool_], maneuver: int | None) -> ReadTable:
-        """Return the table with some of the rows, as those of this maneuver."""
+        """Return the table with some of its rows, and with this maneuver number."""
         columns = [column.of_rows(rows) for column in self.columns]
         lines = None if self.lines is None else self.lines[rows]
         return replace(self, columns=columns, lines=lines, maneuver=maneuver)

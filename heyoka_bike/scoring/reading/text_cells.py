@@ -35,7 +35,7 @@ _PATTERN_OF_DURATION = re.compile(
 def read_words(
     rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
 ) -> list[ReadTable] | None:
-    """Read tables of words and numbers below a line of their names; None if there are none.
+    """Return tables of words and numbers below a line of column names; None if there are none.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def read_words(
 def _columns(
     rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
 ) -> dict[str, NDArray[np.object_]] | None:
-    """Return the cells of each column by name; None if the rows differ in length."""
+    """Return the cells of each column by name; None if the rows do not form a table."""
     names: list[str] = []
     maneuver = None
     found: list[list[Any]] = []
@@ -66,7 +66,7 @@ def _columns(
         cells = zip(row, words, strict=True)
         has_number = any(is_number(x) or dialect.number(word) for x, word in cells)
         if not found and len(row) > 1 and not has_number:
-            # This line above the rows contains names, or a part of the names, or units.
+            # This line above the rows contains names, parts of names, or units.
             above = [*above[1 - _MOST_ABOVE :], words]
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
             maneuver = label
@@ -83,14 +83,14 @@ def _columns(
 
 
 def _names(above: Sequence[list[str]], width: int, request: Request) -> list[str]:
-    """Return the names above rows of this many cells; by default those of the benchmark."""
+    """Return the names above rows with this many cells, or else the names of the benchmark."""
     names, _ = heading_among({i: [words] for i, words in enumerate(above)}, width, request)
     long = (words for words in reversed(above) if len(words) == width and long_columns(words))
     return names or next(long, [TIME, *BENCHMARK_COLUMNS])
 
 
 def _plain(name: str, cell: Any, word: str, dialect: Dialect) -> Any:
-    """Return a number unchanged, a written number as a decimal without unit, or the word itself."""
+    """Return a number unchanged, a number in words as a decimal without unit, or else the word."""
     if is_number(cell):
         return cell
     match = _PATTERN_OF_DURATION.fullmatch(word) if is_time(name) else None

@@ -1,7 +1,7 @@
-"""Times: the exact decimals that the times of a file mean, in ascending order.
+"""Find the exact decimals that the times of a file stand for, and sort the times.
 
-Binary times usually mean exactly their binary64 values. If every time is the binary64 number
-nearest to a multiple of a decimal step, the times mean these multiples.
+Binary times usually stand for exactly their binary64 values. But if every time is the binary64
+number nearest to a multiple of a decimal step, the times stand for these multiples.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _TIMES_AT_ONCE = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """Times made exact and put in order.
+    """Exact times in ascending order.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Times:
 
 
 def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Times:
-    """Make times exact, and sort them.
+    """Return the exact times of a table, sorted.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
     Raises
     ------
     InputError
-        A time that is not finite.
+        A time is not finite, or too large for its unit.
     """
     column = table.columns[at]
     seen: list[Evidence] = []
@@ -153,7 +153,7 @@ def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:
 
 
 def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
-    """Find a decimal step such that all times are rounded multiples of it.
+    """Return a decimal step such that all times are rounded multiples of it, and these multiples.
 
     The times may be rounded to binary64 or to single precision.
 
@@ -171,8 +171,7 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
         rounded hi + lo. None if there is no such d up to 12, if there are fewer than three rows, or
         if it could be chance.
     """
-    # Integers above 2^53 cannot all be represented in binary64, so times that are larger multiples
-    # do not show the step.
+    # Binary64 cannot represent all integers above 2^53, so larger times do not show their step.
     if len(hi) < _FEWEST_TIMES or not (np.abs(hi) < 2.0**53).all():
         return None
     single = as_single(hi)
@@ -203,13 +202,13 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
     for piece in _pieces(len(hi)):
         times = hi[piece]
         k = np.rint(times * ten)
-        # If k had more bits, the quotients would not be correctly rounded.
+        # If k had more than 53 bits, the quotients would not be correctly rounded.
         if not (np.abs(k) < 2.0**53).all():
             return False
         if not ((k / ten).astype(kind).astype(np.float64) == times).all():
             return False
-        # The probability that a number is nearest to a multiple by chance is the spacing of the
-        # numbers divided by the step.
+        # The probability that a number is the nearest one to a multiple by chance is the spacing of
+        # the binary numbers divided by the step.
         different = times[np.diff(times, prepend=last) != 0]
         last = times[-1]
         with np.errstate(divide="ignore"):
@@ -219,7 +218,10 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
 
 
 def _pieces(count: int) -> Iterator[slice]:
-    """Yield the rows in blocks; the first is short, because it usually excludes multiples."""
+    """Yield slices that split the rows into blocks; a short first block usually decides.
+
+    In most files without multiples, the first block already contains a time that is no multiple.
+    """
     at, size = 0, _FIRST_TIMES
     while at < count:
         yield slice(at, at + size)
@@ -227,6 +229,6 @@ def _pieces(count: int) -> Iterator[slice]:
 
 
 def _are_written(single: Array, hi: Array, digits: int) -> bool:
-    """True if the single precision numbers, written with this many digits, give these times."""
+    """True if the single-precision numbers, written with this many digits, give these times."""
     both = zip(single.tolist(), hi.tolist(), strict=True)
     return all(float(f"{x:.{digits - 1}e}") == time for x, time in both)

@@ -1,1 +1,1 @@
-"""Arrays in any shape as columns by name: in files, in memory, in data frames."""
+"""Reading of arrays of any shape as columns by name, in files, in memory and in data frames."""

@@ -1,4 +1,4 @@
-"""One array as a column: real numbers, or decimals as text."""
+"""Read one array as a column: real numbers, or decimals as text."""
 
 from __future__ import annotations
 
@@ -27,35 +27,35 @@ from heyoka_bike.scoring.reading.table import ReadColumn
 from heyoka_bike.scoring.reading.text.blocks import rests
 from heyoka_bike.scoring.reading.text.dialects import Dialect
 
-# The limit is ten million rows of 25 numbers. A larger size probably comes from a damaged header.
+# The limit allows ten million rows of 25 numbers. A larger array probably has a damaged header.
 MOST_BYTES = 2 * 10**9
-"""Size of the largest array that is read."""
+"""Size of the largest array that is read [bytes]."""
 
 _REFUSED = {
     "b": "truth values", "c": "complex numbers", "m": "time differences", "M": "dates",
     "O": "Python objects", "S": "text", "U": "text", "T": "text", "V": "records",
 }  # fmt: skip
 _WITH_POINT = Dialect("", ".")
-# Maximum number of values of a column whose digits are counted.
+# Maximum number of values of a column that are searched for the largest number of digits.
 _NUMBERS_COUNTED = 2000
-# Maximum number of these values that are checked for digits beyond binary64.
+# Maximum number of values of a column that are checked for digits beyond binary64.
 _NUMBERS_LOOKED_AT = 40
 
 
 def refuse_too_large(source: Any, request: Request) -> None:
-    """Raise an error if an array, which has a type and a shape, would take too much memory."""
+    """Raise an error if an array would take too much memory."""
     size = prod(source.shape) * source.dtype.itemsize
     if size > MOST_BYTES:
         raise request.error(f"found an array of {size} bytes, expected at most {MOST_BYTES}")
 
 
 def read_array(source: Any, request: Request) -> NDArray[Any]:
-    """An array of real numbers, or of Python objects that may be decimals, in memory.
+    """Read an array of real numbers, or of Python objects that may be decimals, into memory.
 
     Raises
     ------
     InputError
-        Of another kind, empty or too large.
+        The array has another type, is empty or is too large.
     """
     dtype = source.dtype
     if dtype.kind not in "fiuO" and not dtype.names:
@@ -68,12 +68,12 @@ def read_array(source: Any, request: Request) -> NDArray[Any]:
 
 
 def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadColumn:
-    """A column; its rest beyond binary64 may be another one.
+    """Read an array as a column; `lo` is the array with its digits beyond binary64, or None.
 
     Raises
     ------
     InputError
-        Not real numbers, or a rest of another length.
+        The values are not real numbers, or `lo` has another length.
     """
     if is_time and getattr(source, "dtype", np.dtype("f8")).kind == "m":
         return _durations(source)
@@ -119,14 +119,14 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
 
 
 def _durations(source: Any) -> ReadColumn:
-    """Time differences, whole nanoseconds or longer, as seconds."""
+    """Convert time differences of NumPy to seconds, exact to a nanosecond."""
     counts = np.asarray(source[()]).ravel().astype("m8[ns]").astype(np.int64).astype(np.float64)
     hi, lo = divide((counts, np.zeros_like(counts)), np.full(len(counts), 1e9))
     return replace(binary_column(hi, lo, 53), significant=None)
 
 
 def read_maneuvers(source: Any, request: Request) -> Array:
-    """The numbers in a column of maneuvers, as numbers or as names; NaN where there is none."""
+    """Return the maneuver number of each row, from numbers or names; NaN if a row has no number."""
     if source.dtype.kind not in "OSUT":
         return read_column(source, None, False, request).values
     found: list[float] = []
@@ -138,7 +138,7 @@ def read_maneuvers(source: Any, request: Request) -> Array:
 
 
 def _decimals(array: NDArray[Any], request: Request) -> list[str]:
-    """Objects as decimals that `float` reads."""
+    """Return Python objects as decimals that `float` reads."""
     items: list[Any] = array.tolist()
     for x in items:
         if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
@@ -164,6 +164,6 @@ def _decimal_column(numbers: Sequence[str], is_time: bool) -> ReadColumn:
 
 
 def refused(dtype: np.dtype[Any], request: Request) -> InputError:
-    """Return the error for values that are no real numbers."""
+    """Return the error for values that are not real numbers."""
     found = _REFUSED.get(dtype.kind, str(dtype))
     return request.error(f"found {found}, expected real numbers")

@@ -1,4 +1,4 @@
-"""A group of arrays: those in a part of a file, and the groups in it."""
+"""A group of arrays: the arrays in a part of a file, and the groups inside it."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 
 DEEPEST = 6
-"""Groups in groups: of a program, of a maneuver, of its parts. A group may contain itself."""
+"""Maximum depth of nested groups (program, maneuver, part), because a group may contain itself."""
 
 MOST_MEMBERS = 100_000
-"""Arrays and groups of a file; a group may be in itself, many times."""
+"""Maximum number of arrays and groups of a file, because a group may contain itself many times."""
 
 
 class ArrayGroup:
-    """The arrays in a part of a file, and the groups of others in it.
+    """The arrays in a part of a file, and the groups of arrays inside it.
 
     Parameters
     ----------
     members
-        Both by name: arrays, or what becomes one, and what `by_name` knows.
+        Arrays, and objects that `by_name` converts to groups, by name.
     request
         The request to read this part.
 
@@ -33,18 +33,18 @@ class ArrayGroup:
     ----------
     request : Request
     names : list of str
-        Of all members.
+        Names of all members.
     arrays : dict of str to array
-        Anything that has a type and a shape.
+        Objects with a type and a shape.
     groups : dict of str to mapping
-        Their members by name.
+        The members of each group by name.
     times : dict of str to array
         The arrays whose name is that of times.
 
     Raises
     ------
     InputError
-        Too many members, or one that is no array.
+        There are too many members, or one is not an array.
     """
 
     def __init__(self, members: Mapping[str, Any], request: Request) -> None:
@@ -70,7 +70,7 @@ class ArrayGroup:
         self.times = {name: x for name, x in self.arrays.items() if is_time(name)}
 
     def with_all_below(self) -> ArrayGroup:
-        """All arrays in one group: those in groups by the path to them."""
+        """Return one group with all arrays; arrays of inner groups are named by their paths."""
 
         def paths(members: Mapping[str, Any], depth: int) -> Iterator[tuple[str, Any]]:
             for name, x in members.items():
@@ -84,12 +84,12 @@ class ArrayGroup:
         return ArrayGroup(flat, self.request)
 
     def of_maneuvers(self) -> list[ArrayGroup]:
-        """The group of each maneuver, with the times that may be stored once for all of them.
+        """Return the group of each maneuver; times that are stored once are added to each group.
 
         Raises
         ------
         InputError
-            A maneuver is there twice.
+            A maneuver occurs twice.
         """
         times = {n: x for n, x in self.arrays.items() if is_time(n.removesuffix("_lo"))}
         found: dict[int, ArrayGroup] = {}
@@ -108,10 +108,10 @@ class ArrayGroup:
 
 
 def is_vector(x: Any) -> bool:
-    """True if an array is a column; MATLAB has no arrays of one dimension."""
+    """True if an array is a single column or row; MATLAB has no one-dimensional arrays."""
     return len(x.shape) == 1 or (len(x.shape) == 2 and 1 in x.shape)
 
 
 def length(x: Any) -> int:
-    """Number of values of a column."""
+    """Return the number of values of a column."""
     return max(x.shape, default=0)

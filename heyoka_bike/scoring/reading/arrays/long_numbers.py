@@ -1,4 +1,4 @@
-"""Numbers of Python's libraries that may have more digits than binary64, exactly.
+"""Exact numbers of Python libraries, which may have more digits than binary64.
 
 Fractions, mpmath's mpf, gmpy2's mpfr, and flint's arb, arf and fmpq are recognised by their
 attributes, so that none of these packages has to be imported.
@@ -21,7 +21,7 @@ from heyoka_bike.numbers.double import Double
 # Decimal arithmetic with more digits than a pair of binary64 numbers can contain.
 _DECIMAL = Context(prec=50, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 _BITS_OF_BINARY64 = 53
-# Smallest number of bits that a ball counts for, however large its radius is.
+# Minimum number of bits that a ball is assumed to have, however large its radius is.
 _LEAST_BITS = 1
 
 
@@ -32,7 +32,7 @@ class LongNumbers:
     Attributes
     ----------
     values : sequence of Fraction or None
-        None for what is missing or not finite.
+        None for a value that is missing or not finite.
     bits : int or None
         Bits of the longest value; None if a value is no binary number, such as 1/3.
     """
@@ -41,14 +41,14 @@ class LongNumbers:
     bits: int | None
 
     def as_pairs(self) -> Double:
-        """The values as hi + lo; NaN for what is missing."""
+        """Return the values as hi + lo; NaN for a missing value."""
         hi = np.array([np.nan if x is None else float(x) for x in self.values])
         rests = zip(self.values, hi.tolist(), strict=True)
         lo = [0.0 if x is None else float(x - Fraction(near)) for x, near in rests]
         return hi, np.array(lo)
 
     def as_decimals(self) -> list[str]:
-        """The values as decimals that `float` reads."""
+        """Return the values as decimals that `float` reads."""
         return [
             "nan"
             if x is None
@@ -58,7 +58,7 @@ class LongNumbers:
 
 
 def long_numbers(array: NDArray[Any]) -> LongNumbers | None:
-    """Return the numbers of an array of objects; None if they are not of such a library."""
+    """Return the exact values of an array of objects; None if they are not such numbers."""
     items = array.tolist()
     long = [x for x in items if not isinstance(x, str | int | float | Decimal | None)]
     if not long or not all(map(_is_long, long)):
@@ -83,7 +83,7 @@ def _is_long(x: Any) -> bool:
 
 
 def _exactly(x: Any) -> Fraction | None:
-    """The value of a number; None if it is not finite."""
+    """Return the exact value of a number; None if it is not finite."""
     try:
         if isinstance(x, str | int | float | Decimal):
             found = Fraction(x)

@@ -1,4 +1,4 @@
-"""Long tables: a row for each value, with its time and the name of what it is a value of.
+"""Long tables: one row per value, with its time and the name of its quantity.
 
 Source of the term: Wickham, Tidy Data, Journal of Statistical Software 59 (2014),
 doi:10.18637/jss.v059.i10.
@@ -24,7 +24,7 @@ _KINDS_OF_COLUMNS = {
 
 
 def long_columns(names: Iterable[str]) -> dict[str, str]:
-    """Names of the columns of a long table by what they have; nothing for another table."""
+    """Return the names of the columns of a long table by their contents; empty for other tables."""
     found = {}
     for name in names:
         kind = "maneuver" if is_maneuver(name) else _KINDS_OF_COLUMNS.get(name.strip().lower())
@@ -34,17 +34,17 @@ def long_columns(names: Iterable[str]) -> dict[str, str]:
 
 
 def pivoted(group: ArrayGroup) -> ArrayGroup:
-    """The columns of a long table, by maneuver if it has one; another group as it is.
+    """Return a group with the columns of a long table, by maneuver; other groups are unchanged.
 
     Raises
     ------
     InputError
-        A value is there twice.
+        A quantity has two values at one time.
     """
     kinds = long_columns(group.names)
     if not kinds or not group.groups.keys().isdisjoint(kinds.values()):
         return group
-    # The name of the column of times may contain a unit.
+    # The time column keeps its name, because the name may contain a unit.
     time = kinds["time"]
     cells = {kind: np.ravel(group.arrays[name][()]).tolist() for kind, name in kinds.items()}
     numbers = np.full(len(cells["time"]), np.nan)

@@ -1,7 +1,7 @@
-"""Objects of Python that hold columns by name, or an array.
+"""Python objects that contain columns by name, or an array.
 
-Data frames and datasets are known by what they can do: none of the packages that make them is
-imported.
+Data frames and datasets are recognised by their methods and attributes, so none of the packages
+that define them is imported.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from heyoka_bike.scoring.reading.request import Request
 
 
 def by_name(x: Any) -> Mapping[str, Any] | None:
-    """Return an object that has columns as a mapping of their names; None for another."""
+    """Return the columns of an object as a mapping from their names; None if it has no names."""
     if isinstance(x, Mapping):
         # In a dataset of xarray, the time is a coordinate.
         members = {**getattr(x, "coords", {}), **x}.items()
@@ -42,12 +42,12 @@ def by_name(x: Any) -> Mapping[str, Any] | None:
 
 
 def as_array(x: Any, request: Request) -> Any:
-    """Return an array, or what reads one later, of what a member holds.
+    """Return an object as an array, or as a `StoredArray` that is read later.
 
     Raises
     ------
     InputError
-        It is no array.
+        The object is not an array.
     """
     if isinstance(x, StoredArray) or type(x) is np.ndarray:
         return x

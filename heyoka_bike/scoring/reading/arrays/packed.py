@@ -1,4 +1,4 @@
-"""Packed numbers: smaller ones, with a scale and an offset.
+"""Packed numbers: integers or short numbers that stand for values with a scale and an offset.
 
 Source: NetCDF Climate and Forecast (CF) Metadata Conventions, version 1.11, section 8.1 (packed
 data) and section 2.5.1 (missing data).
@@ -17,7 +17,7 @@ _SCALE_FACTOR, _ADD_OFFSET = "scale_factor", "add_offset"
 
 
 class Steps(np.ndarray):
-    """An array of multiples of a step, from an offset on; what is taken from it is one, too.
+    """An array of multiples of a step plus an offset; parts of the array keep the step.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Steps(np.ndarray):
     step: float | None = None
 
     def __array_finalize__(self, other: Any) -> None:
-        """Keep the step of the array that this one is taken from."""
+        """Copy the step of the array from which this array is created."""
         self.step = getattr(other, "step", None)
 
 
 @dataclass(frozen=True, slots=True)
 class StoredArray:
-    """An array of this type and shape, read when it is wanted."""
+    """An array with a known type and shape that is read from the file only when it is used."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -44,14 +44,14 @@ class StoredArray:
 
 
 def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
-    """The array, which unpacks its numbers if they are packed or stand for what is missing.
+    """Return the array; if its numbers are packed or mark missing values, unpack them on reading.
 
     Parameters
     ----------
     source
-        What has the packed numbers: anything with a type and a shape.
+        The packed numbers: an object with a type and a shape.
     attributes
-        Of the array, by the names of the conventions.
+        Attributes of the array, by the names in the CF conventions.
     """
     is_packed = _SCALE_FACTOR in attributes or _ADD_OFFSET in attributes
     if source.dtype.kind not in "iuf" or not (is_packed or {*_MISSING_VALUES} & {*attributes}):

@@ -1,4 +1,4 @@
-"""Shapes: which axis of an array is that of the maneuvers, of the rows, of the columns."""
+"""Find which axis of an array is for the maneuvers, the rows and the columns."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ _ORDERS_OF_AXES = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
 
 
 def by_maneuver(group: ArrayGroup) -> ArrayGroup:
-    """Return a group for each maneuver if an array has an axis of maneuvers; else the group."""
+    """Return a group with one inner group per maneuver if an array has an axis of maneuvers.
+
+    Otherwise return the group unchanged.
+    """
     if any(map(group_number, group.names)):
         return group
     parts = _columns_by_maneuver(group) or _table_by_maneuver(group)
@@ -27,7 +30,10 @@ def by_maneuver(group: ArrayGroup) -> ArrayGroup:
 
 
 def _columns_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
-    """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
+    """Split columns of two dimensions by maneuver; return an empty dict for other columns.
+
+    The times have the same shape as the columns, or are one vector of n times.
+    """
     arrays, request = group.arrays, group.request
     meant = [parse_heading(name) for name in arrays if name not in group.times]
     unnumbered = [x.text for x in meant if x.key is not None and x.maneuver is None]
@@ -59,7 +65,10 @@ def _columns_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
 
 
 def _table_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
-    """Of an array of three axes, beside its times or with them."""
+    """Split an array of three dimensions by maneuver; return an empty dict without such an array.
+
+    The array contains the times, or they are in an array of their own.
+    """
     request = group.request
     widths = [w - bool(group.times) for w in (request.widths if request.names else (9,))]
     fitting = [
@@ -79,10 +88,10 @@ def _table_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
 
 
 def table_among(group: ArrayGroup) -> tuple[str, bool, str | None] | None:
-    """The one array that has the columns: its name, and whether its columns are rows.
+    """Return the name of the array that contains the columns, and whether it is transposed.
 
-    With the name of the times beside it, if it has all columns but these. None if there is no such
-    array, or more than one.
+    The third item is the name of a separate array of times; None if the array contains them. Return
+    None if there is no such array, or more than one.
     """
     widths = group.request.widths
     flat = {name: tuple(x.shape) for name, x in group.arrays.items() if len(x.shape) == 2}

@@ -1,4 +1,4 @@
-"""The tables in arrays and in groups of arrays: columns by name, or by their place in one array."""
+"""Find the tables in arrays and groups of arrays: columns by name, or by place in one array."""
 
 from __future__ import annotations
 
@@ -46,23 +46,23 @@ _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 
 def tables(source: Any, request: Request) -> list[ReadTable]:
-    """The vectors in an array or in a mapping of names to arrays, or to such mappings.
+    """Return the tables in an array, or in a mapping of names to arrays or to such mappings.
 
     Parameters
     ----------
     source
         An array of rows and columns, or of maneuvers, rows and columns; an array with named fields;
         or a mapping of names to columns, to one array of all columns, or of ``maneuver_N`` to any
-        of these. Columns may have an axis for the maneuvers, and the rest beyond binary64 beside
-        them (``time_lo``). The time may stand beside an array of the other columns. Python's
-        objects are decimals.
+        of these. Columns may have an axis for the maneuvers. An array ``time_lo`` contains the
+        digits of ``time`` beyond binary64. The times may be in an array of their own. Python
+        objects are read as decimals.
     request
         The request to read it.
 
     Raises
     ------
     InputError
-        Not columns of real numbers.
+        The source does not contain columns of real numbers.
     """
     if (members := by_name(source)) is None:
         if isinstance(source, list | tuple) and any(by_name(x) is not None for x in source):
@@ -85,7 +85,7 @@ def tables(source: Any, request: Request) -> list[ReadTable]:
 
 
 def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
-    """The tables in a group, or in one of those in it; nothing without any."""
+    """Return the tables in a group, or else in an inner group; an empty list without tables."""
     group = by_maneuver(pivoted(group))
     if parts := group.of_maneuvers():
         of_each = [_or_all_below(_table(part), part) for part in parts]
@@ -101,9 +101,10 @@ def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
 
 
 def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
-    """The tables; or that of all columns in the group and in those in it, if these are more.
+    """Return the given tables, or one table with all columns of inner groups if it has more.
 
-    ``state/roll_angle`` and ``energy/kinetic_energy`` are columns of one table: their paths say it.
+    ``state/roll_angle`` and ``energy/kinetic_energy`` are columns of one table: their paths end in
+    the names of columns.
     """
     request = group.request
     names = (found[0].names or ()) if found else None
@@ -122,7 +123,7 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
 
 
 def _flag_nested_columns(found: list[ReadTable], every: ArrayGroup) -> list[ReadTable]:
-    """The one table, with the evidence that groups hold columns that it lacks."""
+    """Add evidence of the columns that inner groups contain and the only table found lacks."""
     known = {parse_heading(name).key for name in found[0].names or ()}
     paths = [name for name, x in every.arrays.items() if "." in name and length(x) > 1]
     held = [n for n in paths if column_within(n, every.request)[0] not in {None, *known}]
@@ -130,13 +131,13 @@ def _flag_nested_columns(found: list[ReadTable], every: ArrayGroup) -> list[Read
 
 
 def _known_vectors(group: ArrayGroup) -> list[str]:
-    """Names of columns that are known."""
+    """Return the names of the one-dimensional arrays whose names are known."""
     is_column = group.request.known or is_known
     return [name for name, x in group.arrays.items() if is_vector(x) and is_column(name)]
 
 
 def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
-    """A group in another one, with the times of that if it has none of its own."""
+    """Return an inner group, with the times of the outer group if it has no times itself."""
     inner = ArrayGroup(members, group.request)
     rows = {length(x) for x in inner.arrays.values() if is_vector(x)}
     times = {name: x for name, x in group.times.items() if length(x) in rows}
@@ -152,7 +153,7 @@ def _with_known_beside(
     used: Sequence[str | None] = (),
     reason: Reason = Reason.BESIDE_A_TABLE,
 ) -> list[ReadTable]:
-    """The tables, the first with the evidence that arrays of known names stand beside them."""
+    """Add evidence of unused arrays with known names in the same group to the first table."""
     # A single number is a parameter, not a column.
     rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
     known = [name for name in rows if _is_known_column(name)]
@@ -164,7 +165,8 @@ def _with_known_beside(
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
     """Add evidence of similar columns in neighbouring arrays to the first table of maneuvers.
 
-    ``maneuver_2_old/roll_angle``, or a table of the same size, may be what the program computed.
+    ``maneuver_2_old/roll_angle``, or a table of the same size, may contain the actual results of
+    the program.
     """
     request = group.request
     lost = [
@@ -173,7 +175,7 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
         if group_number(name) is None and len(x.shape) == 2 and {*x.shape} & {*request.widths}
     ]
     others = {name: x for name, x in group.groups.items() if group_number(name) is None}
-    # If a name occurs twice in these groups, they are not searched for columns.
+    # If a name occurs twice in the other groups, do not search them for columns.
     with suppress(InputError):
         every = ArrayGroup(others, request).with_all_below()
         for name, x in every.arrays.items():
@@ -187,17 +189,21 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
 
 
 def _with_evidence(found: list[ReadTable], seen: NotCompared) -> list[ReadTable]:
-    """The tables, the first with evidence of what is beside them."""
+    """Add evidence of unused arrays to the first table."""
     return [replace(x, seen=(*x.seen, seen)) if x is found[0] else x for x in found]
 
 
 def _is_known_column(name: str) -> bool:
-    """True if a name is that of a column of the benchmark, and not of a group of columns."""
+    """True if a name is that of one of the benchmark's columns, and not of a group of columns."""
     return parse_heading(name).key in BENCHMARK_COLUMNS and group_number(name) is None
 
 
 def _table(group: ArrayGroup) -> list[ReadTable]:
-    """Columns by their names, in their order or of one array; nothing if there are none."""
+    """Return the table of a group as a list of length one; an empty list if there is no table.
+
+    The columns are identified by their names. Otherwise they are vectors, or the columns of one
+    array, identified by their order.
+    """
     arrays, request = group.arrays, group.request
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = _known_vectors(group)
@@ -214,7 +220,7 @@ def _table(group: ArrayGroup) -> list[ReadTable]:
 
 
 def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
-    """The error that says that there are no columns, in the one group that might have had them."""
+    """Return the error that there are no columns; it lists the names in the most likely group."""
     parts = group.of_maneuvers()
     if depth < DEEPEST and not parts and len(group.groups) == 1:
         parts = [ArrayGroup(x, group.request) for x in group.groups.values()]
@@ -227,7 +233,7 @@ def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
 
 
 def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
-    """Columns that are known by name, with those that say what the others mean."""
+    """Return a table of the columns with known names, and of columns that clarify these names."""
     arrays, request = group.arrays, group.request
     time = known[time_among(known)]
     rows, every = length(arrays[time]), list(arrays)
@@ -241,7 +247,7 @@ def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
         _read_columns({n: arrays[n] for n in names}, names, request, arrays),
         names,
         is_ordered=False,
-        maneuver=request.group or _maneuver_told(arrays, request),
+        maneuver=request.group or _stated_maneuver(arrays, request),
         seen=(*_dates(arrays[time]), *([left_out(others, request)] if others else [])),
     )
 
@@ -255,13 +261,13 @@ def _dates(times: Any) -> tuple[TimesOfDay, ...]:
 def _table_by_place(
     vectors: Mapping[str, Any], request: Request, names: list[str] | None = None
 ) -> ReadTable:
-    """Columns in the order that was told, or that of the benchmark."""
+    """Return a table whose columns have the order that the user gave, or that of the benchmark."""
     meant = [*(request.names or (TIME,)), *([""] * len(vectors))]
     return ReadTable(_read_columns(vectors, meant, request), names, maneuver=request.group)
 
 
 def _of_table(group: ArrayGroup, name: str, is_turned: bool, time: str | None) -> ReadTable:
-    """The columns of an array that has all of them, or all but the times, by their place."""
+    """Return the table in one array of all columns, perhaps with the times in another array."""
     source, request, part = group.arrays[name], group.request, group.request.within(name)
     shape = tuple(source.shape)
     if len(shape) != 2:
@@ -285,7 +291,7 @@ def _read_columns(
     vectors: Mapping[str, Any], meant: Sequence[str], request: Request,
     rests: Mapping[str, Any] | None = None,
 ) -> list[ReadColumn]:  # fmt: skip
-    """The vectors as columns of these names; the rests beyond binary64 are those of ``NAME_lo``."""
+    """Read vectors as columns; `rests` contains their digits beyond binary64, named ``NAME_lo``."""
     rows = {name: length(x) for name, x in vectors.items()}
     first = next(iter(rows))
     for name, count in rows.items():
@@ -305,8 +311,8 @@ def _read_columns(
     return evened(columns, time_among(meant)) if are_decimals else columns
 
 
-def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
-    """The number of the maneuver that stands beside columns, if it does."""
+def _stated_maneuver(arrays: Mapping[str, Any], request: Request) -> int | None:
+    """Return the maneuver number that a group stores as a single number; None without one."""
     for name, x in arrays.items():
         if is_maneuver(name) and np.prod(x.shape) == 1:
             number = read_maneuvers(x, request.within(name))[0]
@@ -315,7 +321,7 @@ def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
 
 
 def _goes_with(name: str, names: Sequence[str]) -> bool:
-    """True if a name is one of these, or that of what files of the reference have beside them."""
+    """True if a name is one of `names`, or one that reference files contain besides columns."""
     stem = name.removesuffix("_lo").removesuffix("_bound").removesuffix("_undecided")
     is_beside = stem in _ALTERNATES or name == "dense" or is_maneuver(name)
     return name in names or stem in names or is_beside

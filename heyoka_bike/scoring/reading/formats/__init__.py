@@ -1,4 +1,4 @@
-"""The formats of result files: how each begins, what reads it, and a sentence about it.
+"""The formats of result files: how each file begins, the function that reads it, a description.
 
 From `FORMATS` follow what reads a file, what is said of one that nothing reads, the help of
 ``heyoka-bike score``, its page in the browser and the table of docs/files.md. A format has an entry
@@ -16,9 +16,9 @@ from typing import Any
 from heyoka_bike.scoring.reading.encodings import encoding_of
 from heyoka_bike.scoring.reading.not_read import NOT_READ, is_called_spreadsheet, not_read
 
-# Limits that distinguish MATLAB's version 4: the minimum size, which is a header and a name of one
-# letter [bytes]; the maximum length of a name; and the codes of the types of numbers, with 1 added
-# for text.
+# Limits that distinguish files of MATLAB's version 4 from other files: the minimum size, which is a
+# header and a name of one letter [bytes]; the maximum length of a name; and the codes of the types
+# of numbers, with 1 added for text.
 _LEAST_OF_MATLAB_4 = 22
 _LONGEST_NAME = 64
 _KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
@@ -26,7 +26,7 @@ _KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
 _MATLAB_TEXT = 512
 _SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
 STREAM_OF_ARROW = b"\xff\xff\xff\xff"
-"""What a stream of Arrow begins with, and no text does."""
+"""First bytes of a stream of Arrow, with which no text begins."""
 
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
@@ -39,21 +39,21 @@ class Format:
     Attributes
     ----------
     name
-        As `Results.format` has it.
+        Name of the format in `Results.format`.
     label
-        As people know it.
+        Name of the format in messages and on pages.
     about
-        What of it is read, in Markdown.
+        The contents that are read from such a file, in Markdown.
     sniff : callable
         True for the first bytes and the suffix of a file that may be of the format.
     reads
-        The function that reads it, by its module here and its name.
+        The function that reads the format, as module of this package and name.
     package
-        The package that it needs beside NumPy and h5py, as pip names it; None without one.
+        The required package other than NumPy and h5py, as pip names it; None without one.
     expected
-        What a damaged file should have been; empty if the module says it itself.
+        End of the message about a damaged file; empty if the module writes its own message.
     is_ordered
-        True if the order of its arrays means anything.
+        True if the order of the arrays in a file is meaningful.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Format:
     is_ordered: bool = True
 
     def reader(self) -> Callable[..., Any]:
-        """Return the function that reads it, whose module is imported here."""
+        """Return the function that reads the format; its module is imported only now."""
         module, _, function = self.reads.partition(".")
         read: Callable[..., Any] = getattr(import_module(f"{__name__}.{module}"), function)
         return read
@@ -77,7 +77,7 @@ def _begins(*starts: bytes) -> Callable[[bytes, str], bool]:
 
 
 def is_hdf5_of_matlab(head: bytes) -> bool:
-    """True if a file that begins like this is MATLAB's from version 7.3."""
+    """True if a file that begins like this was written by MATLAB in version 7.3."""
     return head[_MATLAB_TEXT:].startswith(_SIGNATURE_OF_HDF5)
 
 
@@ -154,8 +154,8 @@ FORMATS = (
         "arrow", "Arrow", "a table, as a file, a stream or Feather",
         _begins(b"ARROW1", STREAM_OF_ARROW), "libraries.read_arrow", "pyarrow", "an Arrow file",
     ),
-    # MATLAB's version 4 is recognised by the suffix of the file name if the file has none of the
-    # formats above.
+    # If a file has none of the formats above, the suffix .mat shows that it is of MATLAB's version
+    # 4.
     Format(
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
@@ -174,7 +174,7 @@ FORMATS = (
 
 
 def why_not_read(head: bytes, suffix: str) -> str:
-    """Return words that say that a file is of no format that is read, and what writes one."""
+    """Return the end of a message that a file has no supported format, and how to convert it."""
     found = not_read(head)
     if found is None and is_called_spreadsheet(suffix):
         found = NOT_READ[0]
@@ -185,11 +185,11 @@ def why_not_read(head: bytes, suffix: str) -> str:
 
 
 TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
-"""The formats in the order in which people know them."""
+"""The formats in the order in which messages list them: text first."""
 
 
 def listed(last: str = "or", *, with_packages: bool = False) -> str:
-    """The formats in words, perhaps with the packages that some of them need."""
+    """Return the names of the formats as a list in words, perhaps with the packages they need."""
     labels = [
         f"{f.label} (with {f.package})" if with_packages and f.package else f.label
         for f in TEXT_FIRST

@@ -1,4 +1,4 @@
-"""HDF5, and netCDF 4 with it: what a file holds itself.
+"""Read HDF5 files, including netCDF 4, but only arrays that are stored in the file itself.
 
 A file may name other files: by external links, arrays whose bytes are stored elsewhere, and virtual
 arrays. None of these is opened, wherever it is and whatever leads to it. All arrays that are read
@@ -25,46 +25,45 @@ from heyoka_bike.scoring.reading.names.heading import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
-# Beginning of the name of a block, which contains all columns of one type of a data frame of
-# pandas.
+# Beginning of the name of a block, in which pandas stores all columns of one type of a data frame.
 _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 _BYTES_OF_LETTER = 4
-# A row of texts is refused if it would exceed the limit by more than this factor, provided that
-# every text were as long as the file. The true lengths are known only after reading.
+# A row of texts is refused if it would exceed the memory limit by more than this factor, with every
+# text as long as the file. The true lengths are known only after reading.
 _MOST_TIMES = 10
 
 
 @dataclass(frozen=True, slots=True)
 class OfClass:
-    """An object of a class of MATLAB, such as a table, whose content stands elsewhere."""
+    """An object of a MATLAB class, such as a table, whose content is stored in another format."""
 
     name: str
 
 
 def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
-    """Read the arrays and groups of the file; those of MATLAB and Octave as what they stand for.
+    """Read the arrays and groups of the file; convert those that MATLAB and Octave wrote.
 
-    MATLAB's variables are as `matlab.matlab_variables` has those of older files.
+    MATLAB's variables are converted as `matlab.matlab_variables` does for older files.
 
     Parameters
     ----------
     file
     is_turned
-        True if arrays are stored with their axes the other way round, as MATLAB does it.
+        True if the axes of arrays are stored in reverse order, as in MATLAB's files.
 
     Raises
     ------
     InputError
-        Kept in other files, or too many.
+        An array is stored in another file, or there are too many arrays.
     """
     opened = file.stack.enter_context(h5py.File(file.path_or_stream(), "r"))
     return _OwnFile(opened, file.request, is_turned).variables(opened)
 
 
 class _OwnFile:
-    """The groups and arrays that an HDF5 file holds itself."""
+    """Reads the groups and arrays that are stored in an HDF5 file itself."""
 
     def __init__(self, file: Any, request: Request, is_turned: bool) -> None:
         self._file = file
@@ -75,7 +74,7 @@ class _OwnFile:
         self._unpacked: set[int] = set()
 
     def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
-        """The arrays and groups in a group."""
+        """Return the arrays and groups in a group by name."""
         if columns := self._of_pandas(group):
             return columns
         found: dict[str, Any] = {}
@@ -98,10 +97,11 @@ class _OwnFile:
         return found
 
     def _of_pandas(self, group: Any) -> dict[str, Any]:
-        """The columns of a data frame as pandas' ``to_hdf`` writes it; none of another group.
+        """Return the columns of a data frame that pandas wrote; an empty dict for other groups.
 
-        Blocks of columns of one type are matrices; their names stand beside them, in the layout
-        ``table`` as a pickle, of which the texts are taken and nothing is carried out.
+        Columns of one type form a matrix, the block. The names of its columns are stored
+        separately: in the layout ``table`` as a pickle, from which only the texts are read, so that
+        no code runs.
         """
         kind = group.attrs.get("pandas_type", b"")
         members = dict(self._members(group)) if kind else {}
@@ -138,7 +138,7 @@ class _OwnFile:
         return self._request.by_name(found)
 
     def _value(self, dataset: Any) -> Any:
-        """An array or a text; None if it is empty."""
+        """Return the array or the text in a dataset; None if the dataset is empty."""
         if dataset.shape is None or "MATLAB_empty" in dataset.attrs or _is_a_length(dataset):
             return None
         if "MATLAB_object_decode" in dataset.attrs:
@@ -162,10 +162,10 @@ class _OwnFile:
         return self._value(x) if isinstance(x, h5py.Dataset) else None
 
     def _members(self, group: Any) -> Iterator[tuple[str, Any]]:
-        """Names and objects of a group.
+        """Yield the names and objects in a group.
 
-        Links by name are left out: those within the file may lead to another by way of one that
-        leads there.
+        Soft and external links are left out: a soft link could lead, by way of other links, to
+        another file.
         """
         for name in group:
             # HDF5 looks up a name that contains a slash as a path, and follows any link on this
@@ -180,7 +180,7 @@ class _OwnFile:
                 yield name, item
 
     def _array(self, dataset: Any) -> StoredArray:
-        """An array, which is read when it is wanted."""
+        """Return an array that is read from the file only when it is used."""
         self._claim()
         if dataset.is_virtual or dataset.external:
             raise self._request.error(
@@ -210,7 +210,7 @@ class _OwnFile:
             return found.T if self._is_turned else found
 
     def _claim_unpacked(self, dataset: Any) -> None:
-        """Spend the memory that an array takes beyond its stored bytes, once for each array."""
+        """Count the memory that unpacking an array adds, once for each array, against the limit."""
         place = h5py.h5o.get_info(dataset.id).addr
         if place not in self._unpacked:
             self._unpacked.add(place)
@@ -251,7 +251,7 @@ class _OwnFile:
 
 
 def _length(x: Any) -> int:
-    """Count the letters or bytes of all objects in an array, and in its fields."""
+    """Return the total length of all texts and sequences in an array, and in its fields."""
     if x.dtype.names:
         return sum(_length(x[name]) for name in x.dtype.names)
     if x.dtype.kind != "O":
@@ -260,7 +260,7 @@ def _length(x: Any) -> int:
 
 
 def texts_of_pickle(pickled: bytes) -> list[str]:
-    """The texts in a pickle, in order; nothing of it is carried out."""
+    """Return the texts in a pickle, in order, without running any of its code."""
     with suppress(ValueError):
         operations = genops(pickled.rstrip(b"\0"))
         return [str(x) for operation, x, _ in operations if "UNICODE" in operation.name]
@@ -268,7 +268,7 @@ def texts_of_pickle(pickled: bytes) -> list[str]:
 
 
 def _of_kind(values: Any, kind: Any) -> Any:
-    """Whole numbers of pandas as the dates or time differences that they stand for."""
+    """Convert integers that pandas wrote for dates or time differences to these types."""
     match = _KIND_OF_PANDAS.fullmatch(_text(kind))
     is_whole = values.dtype.kind == "i" and values.dtype.itemsize == _BYTES_OF_TIMES
     if match is None or not is_whole:
@@ -285,6 +285,6 @@ def _has_references(dataset: Any) -> bool:
 
 
 def _is_a_length(dataset: Any) -> bool:
-    """True if a dataset stands for an axis of which no values were given, as netCDF puts it."""
+    """True if netCDF stores a dataset only for the length of an axis without coordinates."""
     what = dataset.attrs.get("NAME", b"")
     return isinstance(what, bytes) and what.startswith(b"This is a netCDF dimension but not")

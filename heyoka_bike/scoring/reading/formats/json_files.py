@@ -1,4 +1,4 @@
-"""JSON: columns, rows or records, in whatever nesting; their decimals as they are written."""
+"""Read JSON: columns, rows or records, nested in any way; decimals keep all their digits."""
 
 import json
 import re
@@ -20,11 +20,12 @@ from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 from heyoka_bike.scoring.reading.text.rows import read_text
 
-# Names of the members that contain the names of the columns, and of those that contain the rows.
+# Names of the object members that contain the names of the columns, and of those that contain the
+# rows.
 _WORDS_FOR_NAMES = ("columns", "names", "header", "headers", "fields")
 _WORDS_FOR_ROWS = ("data", "rows", "values")
-# Maximum depth of arrays in arrays. Arrays of programs, maneuvers and columns, and those that a
-# format adds around them, are less deep.
+# Maximum depth of nested arrays. Nesting by program, maneuver, column and the structure of a format
+# is less deep.
 _DEEPEST = 30
 _TOO_DEEP = "found arrays nested too deep, expected rows"
 _NOT_BLANK = re.compile(r"\S")
@@ -33,7 +34,7 @@ _ELLIPSIS = re.compile(rb"(?<![.\w])\.\.\.(?![.\w])")
 
 
 def read(file: ResultFile) -> Any:
-    """The arrays in a document, or in the list of documents in lines; None if it is a text.
+    """Return the arrays in a document, or in one document per line; None if the file is a text.
 
     Columns may be arrays by name, rows may be arrays or objects, as pandas and MATLAB write them;
     maneuvers may be members of an object or of an array.
@@ -41,7 +42,7 @@ def read(file: ResultFile) -> Any:
     Raises
     ------
     InputError
-        Damaged, without arrays, or with a name twice in one object.
+        The file is damaged, contains no arrays, or has a name twice in one object.
     """
     file.content()
     (text,) = file.text()
@@ -63,7 +64,7 @@ def read(file: ResultFile) -> Any:
 
 
 def _parsed(text: bytes, encoding: str, request: Request) -> Any:
-    """The document, or a list of them, with numbers as their text: so no digit is lost."""
+    """Return the document, or a list of documents; numbers remain texts, so no digit is lost."""
     decoder = json.JSONDecoder(
         parse_float=str, parse_int=str, parse_constant=str, object_pairs_hook=request.by_name
     )
@@ -84,7 +85,7 @@ def _parsed(text: bytes, encoding: str, request: Request) -> Any:
 
 
 def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
-    """Arrays and objects as NumPy's arrays and mappings; None if there is no number in it."""
+    """Convert arrays to NumPy arrays, and objects to mappings; None if they contain no numbers."""
     if depth > _DEEPEST:
         raise request.error(_TOO_DEEP)
     below = partial(_shaped, request=request, depth=depth + 1)
@@ -113,7 +114,7 @@ def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
 
 
 def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
-    """Rows by name, or an object for each maneuver."""
+    """Convert a list of objects to a table with a row per object, or to a group per maneuver."""
     if all(map(_is_flat, items)):
         return _records(items)
     if all(map(_is_flat, flat := [_flattened(x) for x in items])) and len(items) > 1:
@@ -129,7 +130,10 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
 
 
 def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) -> tuple[str, Any]:
-    """Name and values of a member, which may be an object of its values and their unit."""
+    """Return the name and the values of an object member; the name includes its unit, if any.
+
+    A member may be an object that contains the values and their unit.
+    """
     if is_maneuver(name) and isinstance(x, str):
         return name, np.array(x, object)
     lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
@@ -147,12 +151,15 @@ def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) ->
 
 
 def _known(members: Iterable[tuple[str, Any]]) -> dict[str, Any] | None:
-    """The members in which there are numbers; None without any."""
+    """Return the members that contain numbers as a mapping; None if no member does."""
     return {name: x for name, x in members if x is not None} or None
 
 
 def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
-    """Names beside rows, or objects of which the members are rows or columns; None if neither."""
+    """Return the table in an object that pandas wrote; None if the object has no such form.
+
+    The object contains names and rows separately, or its members are rows or columns.
+    """
     names = next((x[k] for k in _WORDS_FOR_NAMES if _is_list_of(x.get(k), str, list)), None)
     rows = next((x[k] for k in _WORDS_FOR_ROWS if _is_list_of(x.get(k), list)), None)
     if names and rows and len(names) == len(rows[0]):
@@ -170,7 +177,7 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
 
 
 def _rows(rows: list[list[Any]], request: Request) -> Any:
-    """Arrays of values as one of two axes, or as columns if the first one has their names."""
+    """Convert rows to a two-dimensional array, or to columns by name if the first row has names."""
     width = len(rows[0])
     for i, row in enumerate(rows, 1):
         if len(row) != width:
@@ -196,7 +203,7 @@ def _records(items: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _flattened(x: Mapping[str, Any]) -> dict[str, Any]:
-    """A row with objects in it, their members by the path to them."""
+    """Return a row without nested objects: their members are named by their paths."""
     found: dict[str, Any] = {}
     for name, y in x.items():
         inner = _flattened(y) if isinstance(y, dict) else {}
@@ -205,7 +212,7 @@ def _flattened(x: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _number(x: Mapping[str, Any]) -> int | None:
-    """Number of the maneuver that an object says it is of."""
+    """Return the number of the maneuver that an object states; None if it states none."""
     for name, y in x.items():
         if isinstance(y, str) and (is_maneuver(name) or name.lower() in ("name", "id")):
             word = f"maneuver {y}" if y.isdecimal() and is_maneuver(name) else y

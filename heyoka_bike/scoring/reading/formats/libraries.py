@@ -1,4 +1,4 @@
-"""Formats that a library reads in a few lines: of NumPy, netCDF 3, Parquet, Arrow and Excel."""
+"""Formats that a library reads in a few lines: NumPy, netCDF 3, Parquet and Arrow."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -19,12 +19,12 @@ def read_npy(file: ResultFile) -> Any:
 
 
 def read_npz(file: ResultFile) -> dict[str, Any] | None:
-    """Read an archive of NumPy arrays; None if it is a workbook.
+    """Read an archive of NumPy arrays; None if the archive is an Excel workbook.
 
     Raises
     ------
     InputError
-        Too large, or without arrays.
+        The archive is too large, or contains no arrays.
     """
     request = file.request
     with ZipFile(file.stream()) as archive:
@@ -50,7 +50,7 @@ def _member(archive: ZipFile, name: str) -> Any:
 
 
 def read_netcdf(file: ResultFile) -> dict[str, Any]:
-    """Read the variables of netCDF 3; files of version 4 are HDF5.
+    """Read the variables of a netCDF 3 file; netCDF 4 files are HDF5 files.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Too large.
+        The table is too large.
     ImportError
         pyarrow is not installed.
     """
@@ -105,7 +105,7 @@ def _columns(table: Any, file: ResultFile) -> dict[str, Any]:
 
 
 def _members(names: Iterable[str], columns: Iterable[Any], request: Request) -> dict[str, Any]:
-    """Columns by name; those of structures are groups, with the columns of their fields."""
+    """Return columns by name; a column of structures becomes a group with a column per field."""
 
     def member(column: Any) -> Any:
         if not str(getattr(column, "type", "")).startswith("struct<"):

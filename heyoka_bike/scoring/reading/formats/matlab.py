@@ -1,8 +1,9 @@
-"""MATLAB's and Simulink's files: variables, structures, and what blocks log.
+"""Read MATLAB's and Simulink's files: variables, structures and logged signals.
 
-SciPy reads versions 4 to 7; files of version 7.3 are HDF5. Text is an array of strings, a structure
-a mapping, an array or cell array of structures a list of these, another cell array an array of
-objects, an object of a class the name of that. Sparse matrices and functions are left out.
+SciPy reads versions 4 to 7; files of version 7.3 are HDF5. Variables become Python objects: a text
+an array of strings, a structure a mapping, an array or cell array of structures a list of mappings,
+any other cell array an array of objects, and an object of a class its name. Sparse matrices and
+functions are left out.
 """
 
 import zlib
@@ -26,19 +27,19 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Size of a number of each type of element in versions 5 to 7 [bytes], see *MAT-File Format* (The
-# MathWorks).
+# Size of a number [bytes] by the type of the element, in versions 5 to 7, see *MAT-File Format*
+# (The MathWorks).
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _MATRIX, _COMPRESSED = 14, 15
-# Classes of arrays. `_NUMBERS` ranges from the class of text to that of 64-bit integers. `_COMPLEX`
-# is the bit of the flags that marks a complex array.
+# Class numbers of arrays. `_NUMBERS` ranges from the class of text to that of 64-bit integers.
+# `_COMPLEX` is the bit of the flags that marks a complex array.
 _SPARSE, _OF_CLASS = 5, 17
 _NUMBERS = range(4, 16)
 _COMPLEX = 0x800
 _BYTES_OF_FLAGS, _LEAST_BYTES_OF_SHAPE = 8, 8
 _BYTES_OF_HEADER = 128
 _ORDERS = {b"IM": "<", b"MI": ">"}
-# Minimum memory of an array, and maximum memory of a number or a character [bytes].
+# Minimum memory of an array, and maximum memory of a single number or character [bytes].
 _LEAST_BYTES, _WIDEST = 200, 8
 _Element = tuple[int, memoryview]
 
@@ -49,11 +50,11 @@ def matlab_variables(data: bytes, request: Request) -> dict[str, Any]:
     Raises
     ------
     InputError
-        It unpacks to more than the request allows.
+        The file is larger after unpacking than the request allows.
     ImportError
         SciPy is not installed.
     ValueError
-        Damaged; other errors of Python's, too, for damaged bytes.
+        The file is damaged. Damaged bytes may also raise other exceptions of Python.
     """
     from scipy.io import loadmat, whosmat
 
@@ -78,10 +79,10 @@ def matlab_variables(data: bytes, request: Request) -> dict[str, Any]:
 
 
 class _Unpacker:
-    """Unpacks the variables of a file of version 5 to 7, and checks what SciPy does not.
+    """Unpacks the variables of a file of version 5 to 7, and checks what SciPy does not check.
 
-    SciPy unpacks without a limit. The process crashes where it reads an element of a type that it
-    does not know, or arrays nested too deeply.
+    SciPy unpacks without a limit on memory. It crashes on elements of unknown types, and on arrays
+    that are nested too deeply.
 
     Attributes
     ----------
@@ -94,7 +95,7 @@ class _Unpacker:
         self.names: list[str] = []
 
     def unpacked(self, data: bytes) -> bytes:
-        """Return the file as version 6 would write it, without compression."""
+        """Return the file without compression, as MATLAB's version 6 would write it."""
         found = [data[:_BYTES_OF_HEADER]]
         for kind, body in self._elements(memoryview(data)[_BYTES_OF_HEADER:]):
             if kind == _COMPRESSED:
@@ -114,7 +115,7 @@ class _Unpacker:
         return elements[0]
 
     def _claim(self, size: int) -> None:
-        """Reserve memory from the bytes that the request allows."""
+        """Subtract a size from the memory that the request allows."""
         self._room -= size
         if self._room < 0:
             raise self._request.too_long()
@@ -136,7 +137,7 @@ class _Unpacker:
             at = following
 
     def _checked(self, kind: int, body: memoryview) -> str:
-        """Check an element and its parts; return its name if it is an array."""
+        """Check an element and its parts; return its name if the element is an array."""
         self._claim(_LEAST_BYTES)
         if kind in _SIZES:
             self._claim(len(body) // _SIZES[kind] * (_WIDEST - _SIZES[kind]))
@@ -191,14 +192,14 @@ def _text(x: bytes | str) -> str:
 
 
 def _together(values: list[Any]) -> Any:
-    """Structures as they are if there is one, as a list if there are more; else objects."""
+    """Return a single structure unchanged, several as a list, and other values as an array."""
     if values and all(isinstance(x, Mapping | list) for x in values):
         each = list(chain.from_iterable(x if isinstance(x, list) else [x] for x in values))
         return each[0] if len(each) == 1 else each
     return np.fromiter(values, object, len(values))
 
 
-# MATLAB code that writes an object of a class to a file that can be read, by the name of the class.
+# MATLAB code that writes an object to a file that can be read, by the class of the object.
 _TYPES_WRITTEN = {
     "table": "writetable({0}, 'results.csv')",
     "timetable": "writetimetable({0}, 'results.csv')",
@@ -208,12 +209,12 @@ _SAVED = "save results.mat with its times and values as arrays"
 
 
 def read(file: ResultFile) -> list[ReadTable]:
-    """The tables in the variables; those of version 7.3 are in HDF5.
+    """Return the tables in the variables of a file; files of version 7.3 are read as HDF5.
 
     Raises
     ------
     InputError
-        Kept in other files, or not columns of real numbers.
+        The arrays are stored in other files, or are not columns of real numbers.
     """
     request = file.request
     if is_hdf5_of_matlab(file.head):
@@ -236,10 +237,11 @@ def read(file: ResultFile) -> list[ReadTable]:
 
 
 def _trajectory(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
-    """The variables of a trajectory of Dymola or OpenModelica by name; none of another file.
+    """Return the variables of a Dymola or OpenModelica trajectory; empty for other files.
 
-    ``name`` has the names, a row or a column of characters each, ``dataInfo`` the table of each and
-    its row or column there, negative for the negative, and ``Aclass`` says which of both.
+    ``name`` contains the names. ``dataInfo`` contains the table of each variable, and its row or
+    column in that table, with a minus sign if the values are to be negated. ``Aclass`` shows
+    whether each name is in a row or a column.
     """
     if not {"Aclass", "name", "dataInfo"} <= members.keys():
         return {}
@@ -267,7 +269,7 @@ def _trajectory(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
 
 
 def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
-    """Variables with cells, solutions of ode45 and what Simulink logs as columns and their time."""
+    """Convert cell arrays, solutions of ode45 and signals of Simulink to columns with times."""
     found: dict[str, Any] = {}
     for name, x in _without_cells(members).items():
         if isinstance(x, list):
@@ -285,7 +287,7 @@ def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
 
 
 def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, Any]:
-    """A structure, of which some programs have their own kinds, as its columns."""
+    """Return the columns of a structure, which may be of Simulink, of ode45 or of the user."""
     if "signals" in x:
         signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
         columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
@@ -302,7 +304,7 @@ def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, A
 
 
 def _without_cells(members: Mapping[str, Any]) -> dict[str, Any]:
-    """Cell arrays as what is in them: one thing, columns below their names, or maneuvers."""
+    """Replace each cell array with its only element, columns by their names, or maneuvers."""
     found = {n: x for n, x in members.items() if not _is_cell(x)}
     for name, x in members.items():
         if not _is_cell(x):
@@ -341,7 +343,7 @@ def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, An
 
 
 def _word(x: Any) -> str:
-    """A text of MATLAB, empty if it is none."""
+    """Return the first text in a MATLAB array; an empty string if the array contains no text."""
     if not isinstance(x, np.ndarray) or not x.size or x.dtype.kind not in "US":
         return ""
     return str(x.ravel()[0]).strip()

@@ -1,6 +1,6 @@
-"""Texts: rows of numbers, and other tables.
+"""Read text files: rows of numbers, and other tables.
 
-Labels, names and units may stand in the rows of a table, and its columns may be in lines.
+The rows of a table may contain labels, names and units, and each column may be a line.
 """
 
 from collections.abc import Iterable, Iterator
@@ -31,18 +31,18 @@ from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.text_cells import read_words
 
-# Signs of a text file of Octave, and the number of bytes in which they are searched for. If it
-# contains only one matrix, it is read as rows of numbers, which begin within these bytes.
+# Marks of a text file that Octave wrote, and the number of bytes in which they are searched for. A
+# file with only one matrix is read as rows of numbers, which begin within these bytes.
 _OCTAVE, _VARIABLE_OF_OCTAVE, _BYTES_OF_BEGINNING = b"# Created by Octave", b"\n# name:", 400
 
 
 def read(file: ResultFile) -> list[ReadTable]:
-    """The rows of a text; see `read_table`.
+    """Return the tables in a text file; see `read_table`.
 
     Raises
     ------
     InputError
-        No rows of numbers, or the variables that Octave writes with ``save -text``.
+        There are no rows of numbers, or Octave wrote several variables with ``save -text``.
     """
     is_column = any(
         mark in file.head[:_BYTES_OF_BEGINNING] for mark in (b"_range\n", b"# columns: 1\n")
@@ -56,7 +56,7 @@ def read(file: ResultFile) -> list[ReadTable]:
 
 
 def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list[ReadTable]:
-    """The tables in a text: rows of numbers, the same on its side, or with words in its rows.
+    """Return the tables in a text: rows of numbers, rows with words, or a line for each column.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     Raises
     ------
     InputError
-        None of that: what `text.rows.read_rows` says.
+        The text contains no table; the error is that of `text.rows.read_rows`.
     """
     blocks = whole_lines(chunks, encoding, request)
     first, is_beyond_it = first_block(blocks, request), False
@@ -98,7 +98,7 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
 
 
 def _contents(lines: list[str], request: Request) -> list[str]:
-    """Lines without comments; the last of those above them may be a heading."""
+    """Return the lines without comments, but keep the last comment above them that is a heading."""
     found = [x for line in lines if (x := without_comment(line))]
     above = takewhile(lambda line: not without_comment(line), lines)
     for line in [line for line in above if line.strip()][: -MOST_ABOVE - 1 : -1]:
@@ -109,11 +109,10 @@ def _contents(lines: list[str], request: Request) -> list[str]:
 
 
 def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
-    """Return the table of a text whose lines are its columns; None if it is no such text.
+    """Return the table of a text in which each line is a column; None for other texts.
 
-    Either each line begins with a name, and the names are known, or there are as many lines as a
-    table may have columns, and the first one ascends. All other fields are numbers, and every line
-    has the same number of them.
+    The lines begin with known names, or there are as many lines as a table may have columns and the
+    numbers of the first line ascend. All other fields are numbers, and every line has equally many.
     """
     if named := _named_lines(lines, request):
         found = tables(named, request)
@@ -130,7 +129,7 @@ def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
 
 
 def _named_lines(lines: list[str], request: Request) -> dict[str, NDArray[np.object_]]:
-    """Return the numbers of lines by the names before them, with units; empty without names."""
+    """Return the numbers of each line by the name before them; an empty dict without names."""
     if request.names or not 1 < len(lines) <= MOST_COLUMNS:
         return {}
     for dialect in DIALECTS:

@@ -1,4 +1,4 @@
-"""Workbooks of Excel: the values of their cells, one table in a sheet."""
+"""Read Excel workbooks: the values in the cells, one table per sheet."""
 
 from __future__ import annotations
 
@@ -25,18 +25,17 @@ from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS_OF_CELLS
 from heyoka_bike.scoring.reading.text_cells import read_words
 
-# Maximum number of rows in a sheet of Excel, and a number of columns that no table of results
-# exceeds.
+# Maximum number of rows in an Excel sheet, and maximum number of columns of a table of results.
 _ROWS_OF_A_SHEET, _COLUMNS_OF_A_TABLE = 2**20, 1000
 
 
 def read(file: ResultFile) -> list[ReadTable]:
-    """The tables in the sheets: one, or one in each ``maneuver_N``.
+    """Return the table in the only sheet with results, or the tables in the sheets ``maneuver_N``.
 
     Raises
     ------
     InputError
-        No sheet with rows of numbers.
+        No sheet contains rows of numbers.
     ImportError
         openpyxl is not installed.
     """
@@ -74,7 +73,7 @@ def read(file: ResultFile) -> list[ReadTable]:
 def _with_results(
     titles: Iterable[str], sheets: Mapping[str, list[list[Any]]], request: Request
 ) -> tuple[NotCompared, ...]:
-    """The evidence that sheets beside those of maneuvers hold columns of the benchmark, too."""
+    """Return evidence of sheets that contain results but are not named as maneuvers."""
     lost = []
     for title in sorted(titles):
         # A sheet without such columns contains notes, parameters or figures.
@@ -86,7 +85,7 @@ def _with_results(
 
 
 def _rows(sheet: Any, request: Request) -> list[list[Any]]:
-    """The values of the cells of a sheet, without the columns that are empty."""
+    """Return the values in the cells of a sheet, without its empty columns."""
     # The size that a sheet states may be wrong.
     sheet.reset_dimensions()
     rows: list[dict[int, Any]] = []
@@ -102,7 +101,7 @@ def _rows(sheet: Any, request: Request) -> list[list[Any]]:
 
 
 def _tables(rows: list[list[Any]], request: Request) -> list[ReadTable]:
-    """The tables of a sheet: rows of numbers, columns with words, or columns in its rows."""
+    """Return the tables of a sheet: rows of numbers, rows with words, or a row for each column."""
     if not rows or not rows[0]:
         raise request.error("found an empty sheet, expected rows of numbers")
     if len(rows[0]) == 1:

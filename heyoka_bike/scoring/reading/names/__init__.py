@@ -1,1 +1,1 @@
-"""Names of columns: what they mean alone and beside each other, and what is said of them."""
+"""Meanings of column names, of each alone and of all together, and evidence of unknown names."""

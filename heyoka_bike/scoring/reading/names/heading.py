@@ -1,4 +1,4 @@
-"""The meaning of a heading alone: the column, by aliases and its unit, and the maneuver."""
+"""Find the meaning of a single heading: the column, its unit and the maneuver."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _PARTS_OF_QUATERNIONS = {
 KEYS: Mapping[str, str] = {
     **dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **_PARTS_OF_QUATERNIONS, **KEYS_BY_WORD
 }  # fmt: skip
-# Meaning of a name if its unit differs from the unit of its usual meaning.
+# Meaning of a name with a unit that is not the unit of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
     ("v", "J"): "potential_energy",
@@ -76,7 +76,8 @@ _NANOSECONDS = re.compile(r"(.*?)n(?:ano)?secs?", re.IGNORECASE)
 WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _MANEUVER_BEFORE = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _MANEUVER_BEHIND = re.compile(rf"(.+?)_?(?:{_PATTERN_OF_MANEUVER}_?)?([0-9]{{1,3}})")
-# The patterns below match the unchanged name, which may contain any characters.
+# The patterns below match the name as written. The two patterns above match the name in small
+# letters, with underscores as its only signs.
 _FIRST = re.compile(rf"{_PATTERN_OF_MANEUVER}[\s_.-]?([0-9]{{1,3}})[\s_./:-]+(.+)", re.IGNORECASE)
 _LAST = re.compile(
     rf"(.+?)(?:[\s_.-]*[\[({{]\s*(?:{_PATTERN_OF_MANEUVER}[\s_-]*)?([0-9]{{1,3}})\s*[\])}}]"
@@ -86,8 +87,9 @@ _LAST = re.compile(
 # Number at the end of a joint's angle such as q_3. Without the underscore, q3 is a coordinate.
 _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
-# Patterns of parts of a name. In this order: the number of a maneuver anywhere in the name; numbers
-# and marks that have no meaning; signs of a formula, which has a meaning of its own.
+# Patterns of parts of a name, in this order: the number of a maneuver anywhere in the name; numbers
+# and marks without a meaning; signs of a formula, which mean that the name is not that of a
+# quantity.
 _MANEUVER_ANYWHERE = re.compile(
     rf"(?<![a-z]){_PATTERN_OF_MANEUVER}[\s_.:-]*[0-9]{{1,3}}(?![0-9])", re.IGNORECASE
 )
@@ -96,7 +98,7 @@ _NUMBER_OR_MARKS = re.compile(
 )
 _FORMULA = re.compile(r"[\^|=<>\u00b2\u00b3\u0394]|\w\s*[*/]\s*[a-zA-Z]")
 OF_NO_QUANTITY = frozenset({"data", "value", "values"})
-"""What messages call the number that they hold, at the end of a path."""
+"""Last components of a path that do not name a quantity, such as the data of a ROS message."""
 
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _IN_WORDS = re.compile(r"\bman(?:eu|oeu)v(?:er|re)[\s_.:#=-]*([0-9]{1,3})\b", re.IGNORECASE)
@@ -105,7 +107,7 @@ _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading, and the properties of its column that it names.
+    """A heading, and the properties of its column that it states.
 
     Attributes
     ----------
@@ -134,24 +136,24 @@ class Heading:
 
     @property
     def is_time(self) -> bool:
-        """True if it is the heading of the times."""
+        """True if the heading names the column of times."""
         return self.key == TIME
 
     @property
     def is_maneuver(self) -> bool:
-        """True if its column holds the number of the maneuver of each row."""
+        """True if the column contains the number of the maneuver of each row."""
         return is_maneuver(self.text)
 
     @property
     def known_unit(self) -> str | None:
-        """Its unit as `units` has it; None if it names none that its quantity can have."""
+        """The unit in the spelling of `units`; None if the quantity cannot have the named unit."""
         if self.unit is None or self.key is None:
             return None
         return quantities(self.unit).get("s" if self.is_time else COMPARED[self.key][0].unit)
 
     @property
     def may_be(self) -> tuple[str, ...]:
-        """All keys that it may have, for values to decide; empty if it means one thing."""
+        """All keys that an ambiguous heading may mean; empty if its meaning is clear."""
         keys = may_mean(self.text)
         return keys if self.key in keys else ()
 
@@ -159,11 +161,11 @@ class Heading:
 # The results are cached, because the names in a file are parsed many times.
 @lru_cache(1 << 17)
 def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
-    """Find out what a heading means alone.
+    """Return the meaning of a heading, without regard to the other headings of the file.
 
-    Case, blanks, hyphens and underscores do not matter. A unit, in brackets or at the end, decides
-    where a name alone would mean another column (``V [J]``); there 1 is that of a column without
-    dimension, or the first maneuver.
+    Case, blanks, hyphens and underscores do not matter. A unit in brackets or at the end determines
+    the column if the name with this unit means another column (``V [J]``). The number 1 in brackets
+    is the unit of a dimensionless column, or else the number of a maneuver.
     """
     stem, unit, is_ending = unit_in(text)
     unknown = Heading(text, unit=unit, is_ending=is_ending)
@@ -178,7 +180,7 @@ def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
         if known is None and number is None and (match := _NUMBER_OF_JOINT.fullmatch(plain)):
             known = of_joint(match[1])
             number = None if known is None else int(match[2])
-        # One step of the path may be the name of a maneuver.
+        # One component of the path may be the name of a maneuver.
         each = (group_number(step) for step in _STEPS_OF_PATH.split(plain))
         number = number or next((n for n in each if n), None)
     if known is not None and unit is not None:
@@ -190,10 +192,11 @@ def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
 
 @lru_cache(1 << 17)
 def quantity_of(name: str) -> str | None:
-    """Key of the quantity that a name means, whatever numbers and marks are beside it.
+    """Return the key of the quantity that a name means, without regard to numbers and marks in it.
 
-    pandas writes a second ``m1_roll_angle`` as ``m1_roll_angle.1``; others as ``2:roll_angle`` or
-    ``roll_angle*``. A word, or a sign of a formula, gives a name a meaning of its own.
+    pandas writes a second ``m1_roll_angle`` as ``m1_roll_angle.1``; other programs write
+    ``2:roll_angle`` or ``roll_angle*``. None for a name with another word or a sign of a formula,
+    because it means something else.
     """
     heading = parse_heading(name)
     if heading.key is not None:
@@ -203,30 +206,30 @@ def quantity_of(name: str) -> str | None:
     if _FORMULA.search(stem):
         return None
     plain = " ".join(_NUMBER_OR_MARKS.sub(" ", _MANEUVER_ANYWHERE.sub(" ", stem)).split())
-    # Accept only words for columns. After the angle of a joint the number may be an index. A time
-    # is not accepted either, because T means the time, but T2 does not.
+    # Accept only words for columns, because the number after the angle of a joint may be an index.
+    # Do not accept a time either, because T means the time, but T2 does not.
     is_word = by_words(plain)[1] is not None
     key = parse_heading(plain).key if is_word else None
     return None if key == TIME else key
 
 
 def is_known(name: str) -> bool:
-    """True if the name is that of a column, or of the times."""
+    """True if a name is that of a column, or of the times."""
     return parse_heading(name).key is not None
 
 
 def is_time(name: str) -> bool:
-    """True if the name is that of the times."""
+    """True if a name is that of the times."""
     return parse_heading(name).is_time
 
 
 def time_among(names: Sequence[str]) -> int:
-    """Place of the times among the columns of these names: the first if none is theirs."""
+    """Return the index of the name of the times among column names; 0 if it is not there."""
     return next((i for i, name in enumerate(names) if is_time(name)), 0)
 
 
 def nanoseconds_beside(names: Sequence[str], time: str) -> int | None:
-    """Return the index of the nanoseconds beside a column of whole seconds, as ROS writes both."""
+    """Return the index of the nanoseconds that ROS writes with whole seconds; None without them."""
     if not (match := _WHOLE_SECONDS.fullmatch(time.strip(" \"'"))):
         return None
     beside = (_NANOSECONDS.fullmatch(name.strip(" \"'")) for name in names)
@@ -234,7 +237,7 @@ def nanoseconds_beside(names: Sequence[str], time: str) -> int | None:
 
 
 def unit_in(name: str) -> tuple[str, str | None, bool]:
-    """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
+    """Return the name without its unit, the unit, and whether it is an ending such as ``_rad``."""
     stem, unit = split_unit(name)
     if unit is not None or by_words(name)[1] is not None:
         return stem, unit, False
@@ -255,7 +258,7 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
 
 
 def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
-    """The name of a column, with the unit that its attributes say, if that is none of the SI."""
+    """Return the name of a column with the unit from its attributes, unless that is an SI unit."""
     told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
     unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
     steps = [x for x in _STEPS_OF_PATH.split(name) if x.lower() not in OF_NO_QUANTITY]
@@ -265,7 +268,7 @@ def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
 
 
 def with_degrees(names: Sequence[str]) -> list[str]:
-    """Names of columns, with degrees as the unit of angles and rates that tell none."""
+    """Add degrees as the unit to the names of angles and rates that name no unit."""
     keys = [parse_heading(name).key or TIME for name in names]
     units = ["" if key == TIME else COMPARED[key][0].unit for key in keys]
     told = (_IN_DEGREES.get(unit, "") for unit in units)
@@ -273,7 +276,7 @@ def with_degrees(names: Sequence[str]) -> list[str]:
 
 
 def by_words(name: str) -> tuple[str, str | None, int | None]:
-    """The word for the column, its key if it is known, and the number of the maneuver."""
+    """Return the word for the column, its key (None if unknown), and the number of the maneuver."""
     plain = WORD_BREAKS.sub("_", BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
     number = None
     if match := _MANEUVER_BEFORE.fullmatch(plain):
@@ -296,13 +299,13 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
 
 
 def may_mean(name: str) -> tuple[str, ...]:
-    """Return all keys that a name may mean, for values to decide; none if it means one thing."""
+    """Return all keys that an ambiguous name may mean; empty if the meaning is clear."""
     plain, _ = without_maneuver(name.strip(" \"'"))
     return _ALSO.get(_NUMBER_BEHIND.sub("", plain), ())
 
 
 def without_maneuver(name: str) -> tuple[str, int | None]:
-    """A name without the maneuver that it says in words or in brackets, and the number of that."""
+    """Return a name without the maneuver that it contains, and the number of this maneuver."""
     if match := _FIRST.fullmatch(name):
         return match[2], int(match[1])
     if match := _LAST.fullmatch(name):
@@ -311,23 +314,23 @@ def without_maneuver(name: str) -> tuple[str, int | None]:
 
 
 def maneuvers_in(text: str) -> list[int]:
-    """Numbers of the maneuvers that a text speaks of in words, as ``maneuver 2``."""
+    """Return the numbers of the maneuvers that a text mentions, as in ``maneuver 2``."""
     return [int(x) for x in _IN_WORDS.findall(text)]
 
 
 def is_maneuver(name: str) -> bool:
-    """True if a column of this name tells the maneuver of each row."""
+    """True if a column of this name contains the maneuver number of each row."""
     return WORD_BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
 
 
 def group_number(name: str) -> int | None:
-    """Number in the name of a group of columns (``maneuver_2``), if it is one."""
+    """Return the number in the name of a group, such as ``maneuver_2``; None for other names."""
     match = _GROUP_NAME.fullmatch(WORD_BREAKS.sub("_", name.lower()))
     return int(match[1]) if match else None
 
 
 def are_names(names: Sequence[str], request: Request) -> bool:
-    """True if the names have the time and another column that is known, or what is asked for."""
+    """True if the names include the time and a known column, or a column that is requested."""
     if request.known is not None:
         return any(map(request.known, names))
     known = {parse_heading(name).key for name in names} - {None}

@@ -1,4 +1,4 @@
-"""Units in the names of columns, in whatever way people write them."""
+"""Parse the units in the names of columns, in the many forms in which people write them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ UNITS_OF_TIME = ("s", "ms", "us", "ns", "min", "h")
 """Units in which times are read."""
 
 _QUANTITIES = {"s": UNITS_OF_TIME, **{si: units for si, units in UNITS.items() if si != "1"}}
-"""By SI unit, those that are usual."""
+"""Usual units of each quantity, by its SI unit."""
 
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "rad": ("radian",),
@@ -48,10 +48,10 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "revolution/s": ("rps",),
     "revolution/min": ("rpm", "r/min"),
 }
-"""Other spellings, in small letters, without the s of a plural."""
+"""Other spellings of units, in small letters, without the s of a plural."""
 
 _PRODUCTS = ("W h", "kW h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
-"""Units that are written without their blank, too."""
+"""Units that some people write without the blank."""
 
 _WORDS: Mapping[str, str] = {
     # Some programs write units only in capitals, or only in small letters. MJ means megajoule if it
@@ -69,12 +69,12 @@ _WORDS: Mapping[str, str] = {
     },
 }
 BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
-"""Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
+"""Brackets in a name, with their content, but not the braces of TeX's ``\\dot{\\phi}``."""
 
 _OPEN_BRACKET, _CLOSING_BRACKET = re.compile(r"[\[({]"), re.compile(r"[\])}]")
 _NO_UNITS = ("si", "none", "n/a")
 _ANY_LETTER = re.compile(r"[^\W\d_]")
-# A number that belongs to a maneuver, or is an index, but is not an exponent.
+# A bare number in brackets is the number of a maneuver or an index, not the exponent of a unit.
 _NUMBER_ALONE = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
 _ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
 # Characters that stand in place of the degree sign: the ordinal indicator, the ring, the
@@ -88,16 +88,17 @@ _PER = re.compile(r"\bper\b")
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
 # A letter with a number, such as m1 or s2, is an index and not a power of a metre or a second.
 _INDEXED = re.compile(r"[A-Za-z]+[0-9]+")
-# The end of the unit s^-1 after its signs were replaced with underscores.
+# End of the unit s^-1 with underscores in place of its signs.
 _POWER = re.compile(r"_+1$")
 _BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 
 
 @lru_cache(1 << 12)
 def quantities(unit: str) -> Mapping[str, str]:
-    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of.
+    """Return the usual spelling of a unit, by the SI unit of each quantity that it may measure.
 
-    Its signs may have become underscores, as MATLAB makes them: ``m_s``, ``N_m``, ``rad_s__1``.
+    The signs of the unit may be replaced with underscores, as MATLAB does: ``m_s``, ``N_m``,
+    ``rad_s__1``.
     """
     if "_" in unit:
         ways = (quantities(way) for way in _without_underscores(unit.strip("_")))
@@ -120,19 +121,19 @@ def quantities(unit: str) -> Mapping[str, str]:
 
 
 def _without_underscores(unit: str) -> tuple[str, ...]:
-    """What a unit with underscores in the place of its signs may be, the likeliest first."""
+    """Return the units that a text with underscores in place of signs may mean, likeliest first."""
     if (power := _POWER.sub("^-1", unit)) != unit:
         return (power.replace("_", " "),)
     return unit.replace("_per_", "/").replace("_", "/"), unit.replace("_", " ")
 
 
 def is_si(unit: str | None) -> bool:
-    """True if the unit is an SI unit, or not told."""
+    """True if the unit is an SI unit, or None."""
     return unit is None or any(si == usual for si, usual in quantities(unit).items())
 
 
 def unknown_unit(name: str) -> str | None:
-    """Return the word in brackets in a name that stands where a unit does, if it is not known."""
+    """Return the text in brackets that is probably a unit, but an unknown one; else None."""
     for match in BRACKETS.finditer(name):
         unit = match[0][1:-1].strip()
         # Round brackets may contain anything, as in phi(t), so their content counts as a unit only
@@ -150,9 +151,9 @@ def unknown_unit(name: str) -> str | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Name of a column without the unit in brackets or behind a slash, and the unit.
+    """Return a name without its unit in brackets, after a slash or after ``in``, and the unit.
 
-    What is no unit is left where it is.
+    Text that is not a unit remains in the name.
     """
     for match in BRACKETS.finditer(name):
         if quantities(unit := match[0][1:-1]):
@@ -166,7 +167,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def _word(match: re.Match[str]) -> str:
-    """A word of a unit as `numbers.unit` has it."""
+    """Return a word of a unit in the spelling of `numbers.unit`, or unchanged if it is unknown."""
     word = match[0]
     plain = word.lower()
     return next((_WORDS[x] for x in (word, plain, plain.removesuffix("s")) if x in _WORDS), word)

@@ -1,8 +1,8 @@
-"""Names of joints: the way to the angle of a joint in a model, or to its rate.
+"""Names of joints: paths to the angle of a joint in a model, or to its rate.
 
-A name may be such a way, as ``bike.steer.phi`` and ``der(bike.steer.phi)`` of Modelica,
-``Roll_Joint.Rz.w`` of Simscape and ``/jointset/fork/steer_angle/value`` of OpenSim. Only joints are
-read so: the speed or the energy of some part is not that of the bicycle.
+A name may be such a path, as ``bike.steer.phi`` and ``der(bike.steer.phi)`` of Modelica,
+``Roll_Joint.Rz.w`` of Simscape and ``/jointset/fork/steer_angle/value`` of OpenSim. Only paths to
+joints are read like this, because the speed or the energy of some part is not that of the bicycle.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-# The joint that each name means, and how often its angle is differentiated.
+# The joint that each name means, and the derivative of its angle: 0 is the angle, 1 its rate.
 _JOINTS: Mapping[str, tuple[str, int]] = {
     **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), ("roll", 0)),
     **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), ("steer", 0)),
@@ -20,7 +20,7 @@ _JOINTS: Mapping[str, tuple[str, int]] = {
 _IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
 _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 _PATH_STEPS = re.compile(r"[./|]")
-# A derivative, which may be the last step of a path, as in log.der(bike.roll.phi).
+# A derivative, which may be the last component of a path, as in log.der(bike.roll.phi).
 _DERIVATIVE = re.compile(r"((?:.*[./|])?)der\((.+?)(?:,\s*1)?\)")
 _WORDS = re.compile(r"[^\W\d_]+")
 # Words for the kind of a joint that may occur in its name.
@@ -32,10 +32,10 @@ _NO_NAMES = _AXES_OF_JOINT.union(_KINDS)
 
 
 def column_of_joint(name: str) -> str | None:
-    """The column whose joint and quantity are the last words of a name; None if they are not.
+    """Return the column whose joint and quantity are the last words of a name; else None.
 
-    ``Steer_Joint.Rz.q#12`` and ``Bicycle_Steer_Joint_Rz_q`` are of the steer angle, whatever more
-    they say.
+    ``Steer_Joint.Rz.q#12`` and ``Bicycle_Steer_Joint_Rz_q`` mean the steer angle, whatever other
+    words they contain.
     """
     words = [word for word in _WORDS.findall(name.lower()) if word not in _NO_NAMES]
     is_quantity = words and words[-1] in _IS_ANGLE | _IS_RATE
@@ -43,7 +43,7 @@ def column_of_joint(name: str) -> str | None:
 
 
 def of_joint(name: str) -> str | None:
-    """The column that the name of a joint's angle or rate means; None if it is no such name."""
+    """Return the column that a path to the angle or rate of a joint means; None for other names."""
     path = name.lower().strip(" \"'")
     if derived := _DERIVATIVE.fullmatch(path):
         path = f"{derived[1]}{derived[2]}"

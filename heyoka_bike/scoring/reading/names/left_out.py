@@ -1,4 +1,4 @@
-"""Names of columns that are not compared, as evidence."""
+"""Evidence of columns that are not compared, with the quantities that their names resemble."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def left_out(names: Sequence[str], request: Request) -> NotCompared:
 
 
 def resembled(name: str, request: Request) -> str | None:
-    """Return the key of the quantity that an unknown name may mean; None if it is like no name.
+    """Return the key of the quantity that an unknown name may mean; None if it resembles no name.
 
     Only messages use the key. The name may be misspelt, a path, a derivative, or several words.
     """
@@ -51,7 +51,8 @@ def resembled(name: str, request: Request) -> str | None:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()]
-    # The last step of a path may be a component of the quantity, as in speed.Q.
+    # The last component of a path may be a detail of the quantity, as in speed.Q. So also try the
+    # component before it.
     words = [by_words(step)[1] for step in steps[:-3:-1] if len(steps) > 1]
     words += [KEYS.get(x.lower()) for x in _TOKENS.findall(plain) if len(x) >= _SHORTEST_WORD]
     return next((key for key in words if key is not None and key != TIME), None)
@@ -68,22 +69,22 @@ def set_aside(
 
 
 def _maneuver_in_words(name: str, request: Request) -> int | None:
-    """The maneuver that a name says in words; else that of its part of the file."""
+    """Return the maneuver that a column name states, or else that of its part of the file."""
     match = IN_WORDS.search(name.lower())
     return request.group if match is None else int(match[1])
 
 
 def column_within(name: str, request: Request) -> tuple[str | None, int | None]:
-    """Return the key of the quantity whose name an unknown name holds, and its maneuver.
+    """Return the key of the quantity whose name an unknown name contains, and its maneuver.
 
-    ``field.forward_speed`` and ``roll_rate [\u00ba/s]`` hold one, as ``roll_angle_setpoint`` does.
-    A name of one word is held only if it is the last step of a path (``bike.speed``): a
+    ``field.forward_speed``, ``roll_rate [\u00ba/s]`` and ``roll_angle_setpoint`` contain one.
+    A name of one word counts only if it is the last component of a path (``bike.speed``), because
     ``wheel_speed`` is another quantity.
 
     Returns
     -------
     key, maneuver
-        None where nothing is held, or where the maneuver is not told.
+        None if the name contains no known name, or if the maneuver is not stated.
     """
     # Remove a unit in brackets, or in the signs with which MATLAB and R replace brackets.
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0] or name
@@ -101,7 +102,7 @@ def column_within(name: str, request: Request) -> tuple[str | None, int | None]:
 
 
 def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
-    """Return the unknown units in the names of columns, here with their keys; not too many."""
+    """Return the first few unknown units in the column names; `names` maps these to their keys."""
     found = ((name, unknown_unit(name), key) for name, key in names.items())
     return [UnknownUnit(name, unit, key) for name, unit, key in found if unit is not None][
         :NAMES_SHOWN
@@ -119,8 +120,8 @@ _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
 # Minimum length of a word that names a quantity [letters]. A single letter has many meanings,
 # unless the name contains the number of a maneuver.
 _SHORTEST_WORD = 2
-# Signs between the steps of a path, and pattern of the words in a step such as roll_angle or
-# rollAngle.
+# Signs between the components of a path, and pattern of the words in a component such as roll_angle
+# or rollAngle.
 _PATH_BREAKS = re.compile(r"[./|:\\]+")
 _TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 # A name that ends in the kind of its quantity, after at least one letter that states which quantity

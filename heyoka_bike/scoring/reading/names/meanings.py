@@ -1,9 +1,10 @@
-"""The meanings of names beside each other.
+"""Find the meanings of the names in a file from all of them together.
 
-A name may end in a digit for other reasons than a maneuver: `u1` and `u2` are the speeds of Kane's
-method, and `V2` is the potential energy of some body. So a number is that of a maneuver only if its
-word is longer than a letter, or if the numbers are those of all maneuvers, or one and the same
-behind several letters with units; and where other columns have none, only if that is said in words.
+The digit at the end of a name need not be the number of a maneuver: `u1` and `u2` are the speeds of
+Kane's method, and `V2` is the potential energy of some body. So a number counts as that of a
+maneuver only if the word before it is longer than a letter, if the numbers are those of all
+maneuvers, or if the same number follows several letters with units. If most columns have no number,
+the others count only after a word for maneuver.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ MaybeMeaning = Meaning | None
 """What a heading means; None if it is not known."""
 
 _UNIT_OF_ENERGY = "J"
-# Meanings of a capital letter: the small letters that change its meaning, its meaning without them,
-# and its meaning in their presence.
+# For each capital letter with two meanings: the small letters whose presence changes its meaning,
+# its meaning without them, and its meaning with them.
 _CAPITALS: Mapping[str, tuple[str, str, str]] = {
     "V": ("vu", "forward_speed", "potential_energy"),
     "T": ("t", TIME, "kinetic_energy"),
@@ -76,27 +77,27 @@ def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
 
 
 def with_meaning(heading: Heading, found: MaybeMeaning) -> Heading:
-    """The heading with another meaning."""
+    """Return the heading with another meaning."""
     key, maneuver = found or (None, None)
     return replace(heading, key=key, maneuver=maneuver)
 
 
 def is_coordinate(name: str) -> bool:
-    """True if a column of this name is a coordinate, so that the u beside it is its speed."""
+    """True if a column of this name is a generalised coordinate q, whose speed is named u."""
     return letter_of(split_unit(name)[0]) == _LETTER_OF_COORDINATES
 
 
 def letter_of(stem: str) -> str:
-    """The letter that a name is but for a number; empty if it is a word."""
+    """Return the letter of a name that is one letter, perhaps with a number; empty for a word."""
     match = _LETTER.fullmatch(stem)
     return match[1].lower() if match else ""
 
 
 def _with_capitals(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
-    """Meanings with T and V as energies, as mechanics writes them beside a time and a speed.
+    """Return the meanings with T and V as energies, if the other names indicate this.
 
-    They are where t and v stand beside them, or where each is a second column of its meaning and
-    other energies are there.
+    They do if there are columns t, v or u, or if another column has the usual meaning of T or V,
+    and there are other energies.
     """
     split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
     apart = [without_maneuver(stem) for stem, _ in split]
@@ -117,7 +118,7 @@ def _with_capitals(names: Sequence[str], found: list[MaybeMeaning]) -> list[Mayb
 
 
 def _apart(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
-    """Meanings in which an ambiguous small letter means what no other column does."""
+    """Give each ambiguous small letter a possible meaning that no other column has."""
     apart = list(found)
     for i, (name, f) in enumerate(zip(names, found, strict=True)):
         keys = may_mean(name)
@@ -127,9 +128,10 @@ def _apart(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning
 
 
 def _from_one(found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
-    """Meanings with maneuvers counted from 1, where every column counts from 0.
+    """Return the meanings with maneuvers counted from 1, if all columns count them from 0.
 
-    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    The first maneuver may have no number instead of 0, because pandas distinguishes equal names
+    this way.
     """
     numbers = grouped((key, number) for _, key, number in _known_columns(found)).values()
     are_from_zero = all(0 in n for n in numbers)
@@ -140,7 +142,7 @@ def _from_one(found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
 
 
 def _without_speeds(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
-    """Meanings in which u beside coordinates q is a speed, and no potential energy."""
+    """Remove the meaning of columns u without joules if there are coordinates q."""
     if not any(map(is_coordinate, names)):
         return found
     units = [split_unit(name) for name in names]
@@ -153,7 +155,7 @@ def _without_speeds(names: Sequence[str], found: list[MaybeMeaning]) -> list[May
 def _without_indices(
     names: Sequence[str], found: list[MaybeMeaning], count: int
 ) -> list[MaybeMeaning]:
-    """Meanings without columns whose numbers are not those of maneuvers."""
+    """Remove the meaning of columns whose numbers are not those of maneuvers."""
     every = set(range(1, count + 1)) if count > 1 else None
     stems = [split_unit(name)[0].lower() for name in names]
     columns = [
@@ -183,7 +185,7 @@ def _without_indices(
 
 
 def _in_turn(names: Sequence[str], found: list[MaybeMeaning], count: int) -> list[MaybeMeaning]:
-    """The same names once for each maneuver mean the maneuvers in order."""
+    """Number the columns of each name in order, if each name occurs once for each maneuver."""
     keys = [f[0] if f else None for f in found]
     named = {(key, name.strip(" \"'")) for key, name in zip(keys, names, strict=True)}
     times = {keys.count(key) for key, _ in named if key not in (None, TIME)}
@@ -197,5 +199,5 @@ def _in_turn(names: Sequence[str], found: list[MaybeMeaning], count: int) -> lis
 
 
 def _known_columns(found: Sequence[MaybeMeaning]) -> list[tuple[int, str, int | None]]:
-    """Index, key and maneuver number of each known column except the time."""
+    """Return the index, key and maneuver number of each known column except the time."""
     return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]

@@ -1,10 +1,10 @@
-"""Paths: names of which the last step tells the column, as models, messages and levels have them.
+"""Paths: names whose last component names the column, in models, messages and data frames.
 
 ``bike.forward_speed``, ``field.forward_speed``, ``/bike/state/forward_speed`` and pandas'
-``('bike', 'forward_speed')`` are the forward speed of something. The speed of a wheel is not that
-of the bicycle, and a set point has the name of what it is for. So a path means its last step only
-if two quantities or more of the bicycle are there under the same steps before it, by their whole
-names, and if nothing else in the file has one of these names.
+``('bike', 'forward_speed')`` are the forward speed of something. But the speed of a wheel is not
+that of the bicycle, and a set point has the name of its quantity. So a path means its last
+component only if at least two quantities of the bicycle, named in full, have the same components
+before the last one, and if no other column of the file has one of these names.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ _QUOTED = re.compile(r"\s*([\"'])([^\"']*)\1\s*")
 # The path before the seconds and nanoseconds of the time of a ROS message.
 _STAMP = re.compile(r"^.*(?<![a-z])stamp[./:|\\_]+(?=n?(?:ano)?secs?$)")
 _WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
-# Minimum number of full column names in a part of the file for it to count as the bicycle.
+# Minimum number of full column names in a part of the file that is read as the bicycle.
 _FEWEST_KEYS = 2
 
 
 def without_paths(names: Sequence[str]) -> list[str]:
-    """Names as they are, or the last step of those that are paths to columns of the bicycle."""
+    """Return the names; paths to columns of the bicycle are reduced to their last component."""
     names = [_STAMP.sub("", _with_points(_unquoted(name))) for name in names]
     split = [_split(name) for name in names]
     if not any(part for part, _ in split):
         return list(names)
-    # The last step of a name that is not a path is the name itself.
+    # The last component of a name that is not a path is the name itself.
     headings = [parse_heading(last) for _, last in split]
     plain = {
         h.meaning for (part, _), h in zip(split, headings, strict=True) if not part and h.meaning
@@ -61,7 +61,8 @@ def without_paths(names: Sequence[str]) -> list[str]:
         if not meant[part] & plain - time
         and not any(meant[part] & meant[other] - time for other in whole - {part})
     }
-    # If the file has times outside of all parts, the times of a part keep their path.
+    # If the file has times outside of all parts, the times of a part keep their path, so that the
+    # file does not seem to have two columns of times.
     others = plain & time
     return [
         last if part in alone and h.meaning and h.meaning not in others else name
@@ -70,13 +71,13 @@ def without_paths(names: Sequence[str]) -> list[str]:
 
 
 def _unquoted(name: str) -> str:
-    """A name without the quotes around it."""
+    """Return a name without the quotes around it."""
     match = _QUOTED.fullmatch(name)
     return match[2] if match else name
 
 
 def _with_points(name: str) -> str:
-    """The levels of a name of pandas with points between them; another name as it is."""
+    """Return the levels of a pandas name with points between them; other names are unchanged."""
     plain = name.strip(' "')
     if not _LEVELS.fullmatch(plain):
         return name
@@ -85,9 +86,10 @@ def _with_points(name: str) -> str:
 
 
 def _split(name: str) -> tuple[str, str]:
-    """The steps before the last one, and that with its unit; none before a name that is no path.
+    """Return the components of a path before the last one, and the last one with its unit.
 
-    A step that is a maneuver goes with the last one.
+    The first text is empty for a name that is not a path. A component that is the name of a
+    maneuver becomes part of the last one.
     """
     stem, unit = split_unit(name.strip(" \"'"))
     steps = [x for x in _STEPS.split(stem) if x]
@@ -103,5 +105,5 @@ def _split(name: str) -> tuple[str, str]:
 
 
 def _is_whole(name: str) -> bool:
-    """True if a name is the whole one of a quantity, and no letter or word for it."""
+    """True if a name is the full name of a quantity, not a letter or another word for it."""
     return by_words(unit_in(name)[0])[0] in _WHOLE_NAMES

@@ -1,4 +1,4 @@
-"""Similar names, lists of names for messages, and the names that a user gives the columns."""
+"""Similar names, lists of names for messages, and the column names that a user gives."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 # Maximum number of names in a message. Nobody would read a longer list.
 NAMES_SHOWN = 8
 NAMES_SPELT = 100
-"""Unknown names of a file that are compared with known ones letter by letter."""
+"""Maximum number of unknown names of a file that are compared letter by letter."""
 
 # Minimum length of a name that is compared by its letters. Shorter names resemble too many other
 # names.
@@ -30,19 +30,19 @@ _SHORTEST_ALIKE = 5
 # the quantity, but endings such as angle and rate do not.
 _LETTERS_ALIKE = 3
 LIKE = 0.63
-"""Names that begin alike, and are so much alike, may mean the same: `Rollwinkel`, `roll_angle`."""
+"""Similarity of names that begin alike and may mean the same: `Rollwinkel` and `roll_angle`."""
 
 ALMOST = 0.85
-"""Names that were misspelt are so much alike."""
+"""Similarity of a misspelt name and the correct one."""
 
 
 def parse_column_names(columns: Sequence[str], option: str) -> tuple[str, ...]:
-    """The names that columns were said to have.
+    """Return the column names that a user gave; raise an error if one of them is not known.
 
     Raises
     ------
     InputError
-        A name that is not known, or no time.
+        A name is not known, or the names do not include the time and another column.
     """
     names = tuple(name.strip() for name in columns)
     where = option.rstrip("=")
@@ -64,7 +64,7 @@ def parse_column_names(columns: Sequence[str], option: str) -> tuple[str, ...]:
 
 @lru_cache(1 << 10)
 def nearest(name: str, like: float = LIKE) -> str | None:
-    """The known column whose name is most like another one; None if none is."""
+    """Return the known column whose name is most similar to a name; None if no name is similar."""
     from difflib import get_close_matches
 
     word = by_words(split_unit(name)[0])[0]
@@ -78,13 +78,13 @@ def nearest(name: str, like: float = LIKE) -> str | None:
 
 
 def did_you_mean(name: str) -> str:
-    """Return the end of a message about a name; nothing if no known column has one like it."""
+    """Return the end of a message that suggests a known name; empty if no known name is similar."""
     like = nearest(name)
     return f"; did you mean {like}?" if like else ""
 
 
 def listed(names: Sequence[str], like: float | None = None) -> str:
-    """List some of the names in quotes, each with a known name that is so much like it."""
+    """List some of the names in quotes, each with the known name that it resembles, if any."""
     found = [
         None if like is None or is_known(name) else nearest(name, like)
         for name in names[:NAMES_SHOWN]
@@ -98,7 +98,7 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
 
 
 def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
-    """Return words that say that too few of the names are known, or mean what is found."""
+    """Return words for a message: the unknown names, or the known names if they do not suffice."""
     known = [is_known(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
     if unknown:

@@ -1,1 +1,1 @@
-"""Rows of numbers in a text, in whatever way programs write them."""
+"""Reading of rows of numbers in a text, in the many forms in which programs write them."""

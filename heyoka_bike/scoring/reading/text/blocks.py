@@ -1,7 +1,7 @@
-"""Blocks of lines as correctly rounded numbers, all at once.
+"""Read blocks of lines as correctly rounded numbers, all lines of a block at once.
 
-NumPy reads them, in C. Anything unusual makes `parse_block` return None: another, slower reader
-then takes the block or names what is wrong.
+NumPy parses the numbers, in C. If anything in a block is unusual, `parse_block` returns None. Then
+a slower reader reads the block, or reports the error.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Numbers of consecutive lines.
+    """The numbers of consecutive lines.
 
     Attributes
     ----------
     values : list of ndarray, shape (rows,)
-        By column, correctly rounded.
+        The numbers of each column, correctly rounded to binary64.
     lines : ndarray of int, shape (rows,)
-        Index, in the block, of the line of each row.
+        Index of the line of each row in the block.
     written : list of tuple of str
-        By column, the numbers of some of the rows.
+        For each column, the numbers of some of the rows as they are written.
     lo : mapping of int to ndarray, shape (rows,)
-        By index of the column: the written decimal minus the value, correctly rounded.
+        For some columns, by index: the written decimals minus the values, correctly rounded.
     """
 
     values: list[Array]
@@ -48,7 +48,7 @@ class Block:
 def parse_block(
     text: bytes, columns: int, separator: bytes, exact: Collection[int], samples: int
 ) -> Block | None:
-    """Read whole lines of plain decimals.
+    """Read the lines of a block of plain decimals; None if anything in it is unusual.
 
     Parameters
     ----------
@@ -57,11 +57,11 @@ def parse_block(
     columns
         Numbers in each line that is not blank.
     separator
-        What separates numbers besides blanks; nothing for blanks alone.
+        Sign between the numbers, besides blanks; empty if only blanks separate them.
     exact
-        Columns of which the rest beyond binary64 is wanted.
+        Columns whose digits beyond binary64 are needed.
     samples
-        Number of rows, roughly, of which to tell how many digits were written.
+        Approximate number of rows whose written numbers are returned.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def read_lines(
     Raises
     ------
     ValueError
-        A row has another number of columns, or what is no number.
+        A row has another number of columns, or contains something that is not a number.
     """
     rows = [line.rstrip().removesuffix(separator) for line in lines]
     at = np.flatnonzero([bool(row) for row in rows])
@@ -103,12 +103,12 @@ def read_lines(
 
 
 def rests(numbers: Iterable[str], values: Array) -> Array:
-    """The `rest` of each decimal beyond its value."""
+    """Return the `rest` of each decimal: the decimal minus its binary64 value."""
     return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
 
 
 def rest(number: str, hi: float) -> float:
-    """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
+    """Return a decimal minus its binary64 value, correctly rounded; 0 for zero and infinity."""
     if hi == 0.0 or not isfinite(hi):
         return 0.0
     return float(_EXACT.subtract(Decimal(number), Decimal.from_float(hi)))

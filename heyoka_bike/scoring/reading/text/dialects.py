@@ -1,12 +1,12 @@
-"""Dialects: how a text separates and writes numbers, and how the cells of a sheet hold them.
+"""Dialects: how a text separates and writes numbers, and how the cells of a sheet contain them.
 
-Separators are commas, semicolons, tabs or blanks; the decimal sign is a point or a comma. Exponents
-may be written with the letters E, D or Q, or none, as Fortran writes three digits (ISO/IEC 1539-1,
-section 13.7.2.3.3), or with Mathematica's ``*^``. Fortran's ``3*0.5`` is three values
-(section 13.11.3.2). Of all dialects that is taken under which most lines are rows of numbers.
+Separators are commas, semicolons, tabs or blanks; the decimal sign is a point or a comma. The
+letter of an exponent may be E, D or Q. Fortran omits it before three digits (ISO/IEC 1539-1,
+section 13.7.2.3.3), and Mathematica writes ``*^``. Fortran's ``3*0.5`` stands for three values
+(section 13.11.3.2). The dialect in which most lines are rows of numbers is used.
 
-A row of a sheet is a line whose fields are apart already: a number is one, and a word may be one
-with a decimal point or comma.
+A row of a sheet is a line that is already split into fields. A field is a number, or a word that
+contains a number with a decimal point or comma.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _DECIMAL_NUMBER = re.compile(
     r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:`{1,2}[0-9.]*)?"
     r"(?:(?:[eEdDqQ]|\*\^)([+-]?[0-9]+)|([+-][0-9]{3}))?"
 )
-# Most rows contain only numbers of this plain form. Matching all numbers of a row together is seven
-# times as fast as matching them one by one.
+# Plain form of a number, which most rows contain only. Matching all numbers of a row together is
+# seven times as fast as matching them one by one.
 _PLAIN_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _MANY_NUMBERS = re.compile(rf"{_PLAIN_NUMBER}(?:\n{_PLAIN_NUMBER})*")
 # The pattern includes the forms that Microsoft's C library used to write, such as 1.#INF.
@@ -40,8 +40,8 @@ _REPEATED = re.compile(r"([1-9][0-9]{0,2})\*([^*^].*)")
 # Maximum number of values that the repeat counts of a row may produce, because a few bytes must not
 # become many rows.
 _MOST_REPEATED = 100
-# A field that begins like a number, and contains no letters except those of an exponent. A date or
-# a word does not match.
+# A field that begins like a number, and contains no letters except those of an exponent. Dates and
+# words do not match.
 _LIKE_A_NUMBER = re.compile(
     r"[\"'(\[{]*[+-]?\.?[0-9][0-9.,+*^-]*(?:[eEdDqQ][0-9.,+*^-]*)*[)\]}\"']*"
 )
@@ -50,12 +50,12 @@ _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 @dataclass(frozen=True)
 class Dialect:
-    """A way to separate and to write numbers.
+    """A decimal sign, and a way to separate numbers.
 
     Attributes
     ----------
     separator
-        A comma, a semicolon or a tab, with any blanks around it; nothing if blanks separate.
+        A comma, a semicolon or a tab, with any blanks around it; empty if blanks separate numbers.
     decimal
         The decimal point or comma.
     """
@@ -66,12 +66,15 @@ class Dialect:
     empty: ClassVar[str] = "no value between two separators"
 
     def may_read(self, lines: Sequence[Any]) -> bool:
-        """True if the signs of this dialect are in the lines, which is quickly seen."""
+        """True if the lines contain the signs of this dialect, as a quick first test."""
         text = "".join(lines)
         return self.separator in text and (self.decimal == "." or "," in text)
 
     def split(self, line: Any) -> list[Any]:
-        """Fields of a line, without blanks around them; a separator at the end adds none."""
+        """Return the fields of a line without blanks around them.
+
+        A separator at the end of the line adds no field.
+        """
         held = _QUOTED.findall(line) if '"' in line or "'" in line else []
         if held:
             # Separators inside of quotes do not separate fields.
@@ -99,7 +102,7 @@ class Dialect:
         return [field for part in parts for field in part]
 
     def number(self, field: Any) -> str | None:
-        """The number in the form that `float` reads, ``nan`` if it is not finite; None if none."""
+        """Return a field as `float` reads it; ``nan`` if it is not finite, None if not a number."""
         if len(field) > 1 and field[0] == field[-1] and field[0] in "\"'":
             field = field[1:-1].strip(" \t")
         if self.decimal == ",":
@@ -118,21 +121,21 @@ class Dialect:
         return f"{sign}{mantissa}e{power or bare}"
 
     def numbers(self, fields: Sequence[Any]) -> list[str | None]:
-        """`number` of each of the fields."""
+        """Return the `number` of each field."""
         if self.decimal == "." and _MANY_NUMBERS.fullmatch("\n".join(fields)):
             return list(fields)
         return [self.number(field) for field in fields]
 
     def count(self, line: Any) -> int | None:
-        """Count the numbers in the line; None if it has anything else or nothing."""
+        """Return how many numbers a line has; None if it is empty or has any other field."""
         fields = self.split(line)
         return len(fields) if fields and None not in self.numbers(fields) else None
 
     def is_cut(self, fields: Sequence[Any], columns: int, at_end: bool) -> bool:
-        """True if a row may have been cut while it was being written.
+        """True if a row may be incomplete because the program was still writing it.
 
-        That is, numbers, then one that may be unfinished, fewer than the columns; as many if the
-        text ends right there (`at_end`).
+        The row consists of numbers, and the last field may be part of a number. The row has fewer
+        fields than the table has columns, or as many if the text ends with this row (`at_end`).
         """
         if not 0 < len(fields) < columns + at_end:
             return False
@@ -146,44 +149,44 @@ def looks_like_number(field: Any) -> bool:
 
 
 class DialectOfCells(Dialect):
-    """How words stand for numbers in a sheet, whose cells are the fields of its rows."""
+    """The dialect of a sheet, whose cells are the fields; words may contain decimal commas."""
 
     empty: ClassVar[str] = "an empty cell"
 
     def may_read(self, lines: Sequence[Any]) -> bool:
-        """True unless decimal commas are looked for where no word has one."""
+        """True if the decimal sign is a point, or if any word contains a comma."""
         words = (x for row in lines for x in row if isinstance(x, str))
         return self.decimal == "." or any("," in word for word in words)
 
     def split(self, line: Any) -> list[Any]:
-        """The cells of a row; an empty one is an empty word."""
+        """Return the cells of a row; an empty cell becomes an empty word."""
         return ["" if x is None else x if is_number(x) else str(x).strip() for x in line]
 
     def number(self, field: Any) -> str | None:
-        """A number as it is, whatever the decimal sign of words."""
+        """Return a number as text, and a word as in `Dialect.number`."""
         return repr(field) if is_number(field) else super().number(field)
 
     def numbers(self, fields: Sequence[Any]) -> list[str | None]:
-        """`number` of each of the fields."""
+        """Return the `number` of each field."""
         return [self.number(field) for field in fields]
 
 
 def is_number(cell: Any) -> bool:
-    """True if a cell holds a number: no word, no truth value, and not nothing."""
+    """True if a cell contains a number, not a word or a truth value, and is not empty."""
     return isinstance(cell, Real) and not isinstance(cell, bool)
 
 
 DIALECTS = tuple(
     Dialect(separator, decimal) for separator in ("\t", ";", ",", "") for decimal in (".", ",")
 )
-"""All dialects of texts; of two that read a text alike the first one is meant."""
+"""All dialects of texts. If several read a text equally well, the first of them is used."""
 
 DIALECTS_OF_CELLS = (DialectOfCells("", "."), DialectOfCells("", ","))
-"""Those of the words in sheets."""
+"""The dialects of words in sheets."""
 
 
 def without_comment(line: str) -> str:
-    """The line up to the first of ``# % ! //``."""
+    """Return the line up to the first comment sign: ``#``, ``%``, ``!`` or ``//``."""
     may_have = "#" in line or "%" in line or "!" in line or "//" in line
     match = _COMMENT.search(line) if may_have else None
     return (line if match is None else line[: match.start()]).strip()
@@ -192,22 +195,22 @@ def without_comment(line: str) -> str:
 def best_dialect(
     lines: Sequence[Any], fitting: Collection[int], dialects: Sequence[Dialect] = DIALECTS
 ) -> tuple[Dialect, int, list[int]] | None:
-    """The dialect under which most lines are rows of numbers.
+    """Return the dialect in which most lines are rows with the same number of numbers.
 
     Parameters
     ----------
     lines
-        Without comments, none of them empty.
+        Lines without comments and without empty lines.
     fitting
-        Numbers of columns that are expected; another one is taken if twice as many rows have it.
+        Expected numbers of columns; another number is chosen if over twice as many rows have it.
     dialects
-        Those that are possible.
+        The possible dialects.
 
     Returns
     -------
     (Dialect, int, list of int) or None
-        With the numbers in a row, and the indices of the lines that are rows; None if no line is
-        a row of at least two numbers.
+        The dialect, the number of columns, and the indices of the lines that are rows; None if no
+        line is a row of at least two numbers.
     """
     best: tuple[int, bool] = (0, False)
     found = None
@@ -218,8 +221,8 @@ def best_dialect(
         for count, times in Counter(counts).items():
             if count is None or count < 2:
                 continue
-            # Rows with an expected number of columns count twice. So a few such rows among many
-            # with a different number are not chosen.
+            # Rows with an expected number of columns count twice. Nevertheless, a few such rows
+            # lose against many rows with another number of columns.
             fits = count in fitting
             if (times * (1 + fits), fits) > best:
                 best = (times * (1 + fits), fits)

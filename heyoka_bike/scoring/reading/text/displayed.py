@@ -1,6 +1,7 @@
-"""Matrices as MATLAB and Octave display them: the columns of a wide one in several blocks of lines.
+"""Matrices that MATLAB and Octave display in several blocks of lines, because they are wide.
 
-Each block begins with a line such as ``Columns 1 through 8``. The blocks are put side by side.
+Each block begins with a line such as ``Columns 1 through 8``. Its rows are appended to those of the
+first block.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ _ROW = re.compile(r"\s*[-+.0-9]")
 
 
 def has_blocks(text: str) -> bool:
-    """True if a line of a text may begin a block of columns."""
+    """True if any line of a text may begin a block of columns."""
     is_likely = "olumn" in text or "OLUMN" in text
     return is_likely and any(map(_BLOCK.fullmatch, text.split("\n")))
 
 
 def side_by_side(text: str, request: Request) -> str:
-    """The text with the rows of all blocks put together, in the lines of the first block.
+    """Return the text with the rows of all blocks joined, in the lines of the first block.
 
-    A text that does not consist of such blocks is returned as it is.
+    Return any other text unchanged.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The heading of a text: the line with the names of its columns, and a line of their units."""
+"""Find the heading of a text: the line with the names of its columns, and a line of their units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 _AROUND_UNITS = "[](){}<>\"' "
 # Words that may begin a line of units, in place of the unit of the time.
 _CALLED_UNITS = ("unit", "units", "unit:", "units:")
-# Maximum number of lines of names above the rows: such as the names of maneuvers, programs, parts
+# Maximum number of lines of names above the rows, such as the names of maneuvers, programs, parts
 # and quantities.
 _MOST_LEVELS = 5
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
@@ -29,21 +29,21 @@ _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
 # of its name.
 _BRACKETED = re.compile(r"(?<![ \t])[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
 Headings = Mapping[int, Sequence[list[str]]]
-"""All names that lines may have, by the index of the line."""
+"""For the index of each line, a list of names for each way to split the line."""
 
 # Beginning of a line of units whose first column has no unit.
 _NO_UNIT = re.compile(r"-[\s,;]")
 
 
 def headings_in(line: str) -> Iterator[list[str]]:
-    """The names in a heading, for all ways to separate them."""
+    """Yield the names in a heading, for each way to split the line into names."""
     if line.startswith("\t"):
         # The first name is empty, because pandas leaves the name of its index blank.
         yield DIALECTS[0].split(line)
     text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    # If the line is blank, text[:1] is empty and therefore contained in every text. So check this
-    # case separately.
+    # Check separately that the line is not blank: text[:1] is then empty, and an empty text is
+    # contained in every text.
     begins = text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)
     if not (text and begins):
         return
@@ -59,23 +59,23 @@ def headings_in(line: str) -> Iterator[list[str]]:
 
 
 def headings_of_cells(row: Sequence[Any]) -> list[list[str]]:
-    """The names in a row of a sheet, which are its cells; nothing if it has none."""
+    """Return the cells of a row of a sheet as its names; an empty list if the row is empty."""
     words = ["" if x is None else " ".join(str(x).split()) for x in row]
     return [[COMMENT_SIGNS.sub("", words[0], count=1), *words[1:]]] if words else []
 
 
 def is_heading(written: Sequence[str], request: Request) -> bool:
-    """True if names, the last steps of those that are paths, are those of columns."""
+    """True if names, or the last components of paths among them, are those of columns."""
     return are_names(without_paths(written), request)
 
 
 def heading_among(
     above: Headings, width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
-    """The last heading of so many names above the rows, and its index.
+    """Return the names and the index of the last heading with one name for each column.
 
-    A line of units below it or above it is put into the names, and degrees where a line says that
-    angles are in these.
+    Units from the line below or above are added to the names, and degrees if a line states that
+    angles are in degrees. None if there is no such heading.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def heading_among(
 
 
 def _levels(above: Headings, width: int, request: Request) -> tuple[list[str] | None, int | None]:
-    """The names in several lines, as pandas writes those of levels, and the index of the last."""
+    """Return names that pandas wrote on several lines, and the index of the last of these lines."""
     lines = dict(reversed([*of_width(above, width)]))
     for last in sorted(lines, reverse=True):
         for first in range(last - 1, last - _MOST_LEVELS, -1):
@@ -117,15 +117,16 @@ def _levels(above: Headings, width: int, request: Request) -> tuple[list[str] | 
 
 
 def _are_repeated(names: Sequence[str]) -> bool:
-    """True if two names mean the same."""
+    """True if two names have the same meaning."""
     found = [x for name in names if (x := parse_heading(name).meaning)]
     return len(set(found)) < len(found)
 
 
 def of_width(above: Headings, width: int) -> Iterator[tuple[int, list[str]]]:
-    """Index of each line, from the last to the first, and so many names that it may have.
+    """Yield the index and the possible names of each line that has `width` names, last line first.
 
-    Of units the last may be empty: a separator at the end of a line adds none.
+    In a line of units the last one may be empty, because a separator at the end of a line adds no
+    field.
     """
     for i in sorted(above, reverse=True):
         yield from ((i, names) for names in above[i] if len(names) == width)
@@ -134,7 +135,7 @@ def of_width(above: Headings, width: int) -> Iterator[tuple[int, list[str]]]:
 
 
 def are_units(names: Sequence[str]) -> bool:
-    """True if the words of a line are units, or blank."""
+    """True if each word is a unit, a hyphen, 1 or blank, and at least one is a unit."""
     units = [name.strip(_AROUND_UNITS) for name in names]
     if units[0].lower() in _CALLED_UNITS:
         units[0] = ""
@@ -142,7 +143,7 @@ def are_units(names: Sequence[str]) -> bool:
 
 
 def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
-    """Return names with the units of the line below them in brackets."""
+    """Return names with the units of a line of units in brackets."""
     plain = [name.strip("\"'") for name in names]
     if not units:
         return plain
@@ -153,6 +154,6 @@ def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
 
 
 def _are_in_degrees(above: Headings) -> bool:
-    """True if one of the lines says that all angles and their rates are in degrees."""
+    """True if one of the lines states that all angles and their rates are in degrees."""
     alone = (names[0] for line in above.values() for names in line if len(names) == 1)
     return any(map(_IN_DEGREES.fullmatch, alone))

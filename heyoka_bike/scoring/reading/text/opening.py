@@ -1,4 +1,4 @@
-"""The opening of a table: the dialect of its first lines, its heading, and where its rows begin.
+"""Find the beginning of a table: the dialect of its lines, its heading, and its first row.
 
 The lines are those of a text, or the rows of a sheet.
 """
@@ -44,17 +44,16 @@ from heyoka_bike.scoring.reading.text.headings import (
 )
 
 _log = logging.getLogger(__name__)
-# Number of lines from which the dialect is determined by majority. It is small, so that this is
-# fast.
+# Number of lines from which the dialect is determined by majority. A small number makes this fast.
 _SAMPLE_LINES = 300
 # Number of rows that are checked for digits beyond binary64.
 _SAMPLE_ROWS = 40
 MOST_COLUMNS = 20_000
-"""Columns that a text may have; each is looked at by its name and its digits."""
+"""Maximum number of columns of a text, because names and digits are examined for each column."""
 
 MOST_ABOVE = 10_000
-"""Lines above the first row of numbers that are searched, apart from blank lines and comments: the
-effort does not grow with the text."""
+"""Maximum number of lines in which the first row of numbers is searched for, apart from blank lines
+and comments, so that the effort does not grow with the text."""
 
 # Maximum number of names, in all lines together, among which the heading is searched for.
 _MOST_NAMES = 2 * MOST_COLUMNS
@@ -62,42 +61,42 @@ _MOST_NAMES = 2 * MOST_COLUMNS
 _LONGEST_NAME = 10_000
 # Number of lines in which the heading is searched for, because it is near the top of the file.
 _HEADING_LINES = 100
-# Minimum number of columns for a row 0 1 2 ... to count as a numbering of the columns. With fewer
-# columns, such a row may well be the first row of numbers.
+# Minimum number of columns for a row 0 1 2 ... to be read as the numbers of the columns. With fewer
+# columns, such a row may well be the first row of values.
 _FEWEST_COUNTED = 9
-# Minimum number of numbers in a line above the rows, more than half of its fields, from which the
-# line counts as a damaged row.
+# Minimum number of numbers in a line above the rows that is reported as a damaged row. In addition,
+# more than half of its fields must be numbers.
 _FEWEST_OF_A_ROW = 3
 _DIGIT = re.compile(r"\d")
 # Minimum number of numbers in a skipped line for it to be reported. A title may contain one number,
 # such as the year.
 _FEWEST_SKIPPED = 2
-# Minimum number of rows that are wrapped over several lines with the same numbers of values. Fewer
-# rows may agree by chance.
+# Minimum number of rows, each wrapped over several lines with the same numbers of values, that show
+# that rows are wrapped. Fewer rows may agree by chance.
 _FEWEST_RECORDS = 3
 # Maximum number of skipped lines that are quoted in a message, and maximum number of characters
 # kept of each of them.
 _MOST_SHOWN, _LONGEST_SHOWN = 3, 200
 FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
-"""The common factor of a matrix as MATLAB displays it, on a line of its own."""
+"""The common factor that MATLAB displays above a matrix, on a separate line."""
 Line = tuple[int, Any]
 """Index and content of a line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """How the lines of a table are taken apart.
+    """How the lines of a table are split and searched for names.
 
     Attributes
     ----------
     dialects : tuple of Dialect
-        Those that are possible.
+        The possible dialects.
     without_comment : callable
-        A line up to its comment; nothing if there is nothing else.
+        Returns a line up to its comment; empty if the line contains only a comment.
     headings_in : callable
-        All names that a line may have, see `headings`.
+        Returns a list of names for each way to split a line, see `headings`.
     is_blank : callable
-        True if there is nothing in a line.
+        True if a line is blank.
     """
 
     dialects: tuple[Dialect, ...]
@@ -107,38 +106,39 @@ class Notation:
 
 
 TEXT = Notation(DIALECTS, without_comment, headings_in, lambda line: not line.strip())
-"""The lines of a text."""
+"""The notation of the lines of a text."""
 
 
 @dataclass(slots=True)
 class Skipped:
-    """Lines that hold numbers and are not read.
+    """Lines that look like rows of numbers but are not read.
 
     Attributes
     ----------
     count : int
+        Number of these lines.
     first : list of (int, str)
-        The number of each of the first few lines, and the line.
+        The line number and the text of the first few of these lines.
     """
 
     count: int = 0
     first: list[tuple[int, str]] = field(default_factory=list)
 
     def add(self, number: int, line: Any) -> None:
-        """Add a line of a text, or a row of a sheet."""
+        """Add a line of a text, or a row of a sheet, with its number."""
         self.count += 1
         if self.count <= _MOST_SHOWN:
             text = line if isinstance(line, str) else ", ".join(map(str, line))
             self.first.append((number, " ".join(text[:_LONGEST_SHOWN].split())))
 
     def evidence(self) -> tuple[LinesNotRead, ...]:
-        """Evidence of the lines, if there are any."""
+        """Return the evidence of these lines; empty if there are none."""
         return (LinesNotRead(self.count, tuple(self.first)),) if self.count else ()
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """How rows of numbers are written, and where they begin.
+    """The form of rows of numbers, and where they begin.
 
     Attributes
     ----------
@@ -149,21 +149,21 @@ class Opening:
     line
         Number of lines before the first row.
     names : list of str or None
-        Column names, if a heading has them.
+        Column names; None without a heading.
     heading
-        Number of its line.
+        Number of the line with the column names.
     time
         Index of the column of times.
     exact : tuple of int
         Columns with more digits than binary64 has.
     maneuver : int or None
-        The only one that comments above the rows speak of.
+        The only maneuver that comments above the rows mention; None without one.
     power
         Exponent of MATLAB's common factor: the values are 10 to this power times the numbers in the
         rows.
     skipped : Skipped
-        The lines that look like rows and are not read: those before the first row, until the reader
-        of the rows adds those after it.
+        The lines that look like rows but are not read. At first it contains lines above the first
+        row; the reader of the rows adds those below it.
     """
 
     notation: Notation
@@ -180,21 +180,21 @@ class Opening:
 
 
 def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
-    """Find out how rows of numbers are written, and where they begin.
+    """Determine how the rows of numbers are written, and where they begin.
 
     Parameters
     ----------
     lines
-        The first ones.
+        The first lines of the text or the sheet.
     notation
-        How they are taken apart.
+        How the lines are split.
     request
         The request to read them.
 
     Raises
     ------
     InputError
-        No rows, rows of another number of columns, or a damaged first row.
+        There are no rows, they have an unexpected number of columns, or the first row is damaged.
     """
     widths = {*request.widths}
     # Keep only the indices of lines that are not blank, because millions of lines may be blank.
@@ -226,7 +226,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         if others and (names is None or _unknown(others) < _unknown(names)):
             names, at = [LEFT_OUT[0], *others], above_others
     if names is None and width in widths:
-        names, at = _heading_that_holds_names(above, width, request)
+        names, at = _heading_with_similar_names(above, width, request)
     if width not in widths and (names is None or request.names):
         raise _wrong_width(above, width, len(rows), first + 1, request)
     _refuse_damaged_row(sample, first, dialect, width, request)
@@ -265,9 +265,9 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
 def looks_like_row(line: Any, opening: Opening) -> bool:
     """True if a line that is not read looks like a row of numbers.
 
-    Most of its fields look like numbers, at least two of them, or as many as the rows have columns.
-    A comment must have as many: it may list a few parameters. Whole numbers behind a word, such as
-    ``maneuver 1 1 2 2``, are labels.
+    At least two of its fields, and more than half of them, look like numbers; or as many fields as
+    the rows have columns. Only the latter holds for a comment, which may list a few parameters.
+    Integers after a word, such as ``maneuver 1 1 2 2``, are labels.
     """
     if isinstance(line, str) and not _DIGIT.search(line):
         return False
@@ -293,10 +293,10 @@ def looks_like_row(line: Any, opening: Opening) -> bool:
 def _headings(
     lines: Sequence[Any], indices: Iterable[int], notation: Notation
 ) -> dict[int, list[list[str]]]:
-    """All names that each of these lines may have, by its index in ascending order.
+    """Return, by line index in ascending order, the names in each line for each way to split it.
 
-    A line of more words than a text may have columns is no heading. If the lines have too many
-    names in all, the first of the given indices count.
+    A line with more words than `MOST_COLUMNS` is not a heading. If the lines have too many names in
+    total, only the first of the given lines are returned.
     """
     found: dict[int, list[list[str]]] = {}
     count = 0
@@ -312,21 +312,22 @@ def _headings(
 
 
 def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:
-    """The only maneuver that lines speak of which are nothing but comments; None if there is none.
+    """Return the only maneuver that lines with nothing but comments mention; None otherwise.
 
-    A line of names may be marked as a comment, too: its columns have their own numbers.
+    A commented line of column names does not count, because each name may have a number of its own.
     """
     comments = [x for x in above if isinstance(x, str) and not notation.without_comment(x)]
     numbers = {n for comment in comments for n in maneuvers_in(comment)}
     return numbers.pop() if len(numbers) == 1 else None
 
 
-def _heading_that_holds_names(
+def _heading_with_similar_names(
     above: Headings, width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
-    """The last line of so many names of which one holds a known one, and its index.
+    """Return the last line of names in which a name contains a known name, and its index.
 
-    None of them may be known: but they may say that the columns are not in their usual places.
+    The names themselves may all be unknown, but they may show that the columns are not in their
+    usual places.
     """
     for i, names in of_width(above, width):
         plain = [name.strip(" \"'") for name in names]
@@ -338,7 +339,7 @@ def _heading_that_holds_names(
 def _first_rows(
     lines: Sequence[Any], written: Sequence[int], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
-    """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
+    """Return the first lines with rows, their dialect, the number of columns, and the rows."""
     every = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
     contents = islice(every, MOST_ABOVE)
     while sample := list(islice(contents, _SAMPLE_LINES)):
@@ -353,7 +354,7 @@ def _first_rows(
 def _refuse_wrapped(
     sample: Sequence[Line], dialect: Dialect, widths: Collection[int], request: Request
 ) -> None:
-    """Raise an error if each row is wrapped over several lines, the same number of lines."""
+    """Raise an error if each row is wrapped over the same number of lines."""
     counts = [dialect.count(content) for _, content in sample]
     begin = next((i for i, count in enumerate(counts) if count is not None), 0)
     counts, lines = counts[begin:], sample[begin:]
@@ -366,8 +367,9 @@ def _refuse_wrapped(
         records = len(counts) // len(found) if len(found) > 1 else 0
         if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
             continue
-        # If names consist of several words, a heading seems to have a multiple of the number of
-        # columns. So accept only an expected number of columns here.
+        # If names consist of several words, the heading seems to have a multiple of the true number
+        # of columns. So lines with equally many values count as parts of a row only if the width of
+        # the row is expected.
         if len({*found}) == 1 and width not in request.widths:
             continue
         times = starts[: records * len(found) : len(found)]
@@ -387,7 +389,7 @@ def _refuse_wrapped(
 
 
 def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
-    """Return how many numbers each of the first lines has that form a row; empty if none do."""
+    """Return how many numbers each line of the first row has; empty if the lines form no row."""
     found: list[int] = []
     for count in counts:
         if count is None or sum(found) >= width:
@@ -397,7 +399,7 @@ def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
 
 
 def _unknown(names: Sequence[str]) -> int:
-    """How many of the names are not known."""
+    """Return how many of the names are unknown."""
     return sum(not (is_known(name) or is_maneuver(name)) for name in names)
 
 
@@ -411,10 +413,10 @@ def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:
 def _no_row(
     lines: Sequence[Any], written: Sequence[int], notation: Notation, request: Request
 ) -> InputError:
-    """Return the error of lines without a row of numbers: the first field that is none of them.
+    """Return the error that there is no row of numbers; it names the first field that is no number.
 
-    It is looked for in the first line below a heading that has a digit, or does not begin as words
-    do.
+    The field is in the first line that is not a heading, and that has a digit or does not begin
+    with a letter.
     """
     for i in written:
         line = lines[i]
@@ -443,7 +445,7 @@ def _no_row(
 
 
 def _count_of(content: Any, dialect: Dialect) -> tuple[int, int]:
-    """How many fields of a line are numbers, and how many are there."""
+    """Return how many fields of a line are numbers, and how many fields it has."""
     numbers = dialect.numbers(dialect.split(content))
     return len(numbers) - numbers.count(None), len(numbers)
 
@@ -456,7 +458,7 @@ def _shortened(field: str, request: Request, line: int, column: int) -> InputErr
 def row_error(
     content: Any, dialect: Dialect, width: int, request: Request, number: int
 ) -> InputError:
-    """Return the error of the first bad field of a line; the column counts the fields from 1."""
+    """Return the error of the first wrong field in a line; the column counts the fields from 1."""
     fields = dialect.split(content)
     row = dialect.numbers(fields)
     if None in row[:width]:
@@ -472,16 +474,16 @@ def row_error(
 
 
 def _wrong_width(above: Headings, width: int, rows: int, line: int, request: Request) -> InputError:
-    """Return the error for rows of so many columns, with the heading above them if there is one.
+    """Return the error for rows with an unexpected number of columns, with their heading if any.
 
     Parameters
     ----------
     above
         Names that the lines above the rows may have.
     width, rows
-        Numbers in a row, and how many rows there are.
+        Number of columns and of rows.
     line
-        Number of the first of them.
+        Line number of the first row.
     request
         The request to read them.
     """
@@ -502,7 +504,7 @@ def _counts_columns(content: Any, dialect: Dialect, width: int) -> bool:
 def _refuse_damaged_row(
     sample: Sequence[Line], first: int, dialect: Dialect, width: int, request: Request
 ) -> None:
-    """Raise an error if what stands before the rows looks like a row and not like a heading."""
+    """Raise an error if a line before the first row looks like a row and not like a heading."""
     for i, content in sample:
         if i >= first:
             return

@@ -1,4 +1,4 @@
-"""The rows of a text, from blocks of lines."""
+"""Read the rows of a text from blocks of lines."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from heyoka_bike.scoring.reading.text.opening import (
     row_error,
 )
 
-# Number of rows whose digits are counted in the first block, and in each later block or by the slow
-# reader.
+# Number of rows whose digits are counted in the first block, and in each later block or in a block
+# that is read line by line.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
 # Maximum number of fields in a line. It exceeds the maximum number of columns, because quotes and
 # blanks at the ends may add fields.
@@ -47,7 +47,7 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> ReadT
     Parameters
     ----------
     chunks
-        The text, cut anywhere.
+        The parts of the text, which may end anywhere in a line.
     encoding
         See `encodings.encoding_of`.
     request
@@ -56,19 +56,19 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> ReadT
     Raises
     ------
     InputError
-        Not rows of numbers: where, what was found, what was expected.
+        The text does not consist of rows of numbers.
     """
     blocks = whole_lines(chunks, encoding, request)
     return read_rows(first_block(blocks, request), blocks, request)
 
 
 def first_block(blocks: Iterator[str], request: Request) -> str:
-    """The first block of whole lines in which there is anything.
+    """Return the first blocks of whole lines, up to the first block that is not blank.
 
     Raises
     ------
     InputError
-        A line has far more fields than a table may have: each of them would be looked at.
+        A line has far more fields than a table may have columns.
     """
     read = []
     for block in blocks:
@@ -84,17 +84,17 @@ def first_block(blocks: Iterator[str], request: Request) -> str:
 
 
 def _fields_at_most(line: str) -> int:
-    """Count the fields of a line by the separator or quote that makes the most of them."""
+    """Return the largest number of fields that any separator or quote makes of a line."""
     return max(len(line.split()), *(line.count(sign) + 1 for sign in ",;\t\"'"))
 
 
 def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:
-    """Read rows of numbers from blocks of whole lines, of which the first shows how they are.
+    """Read rows of numbers from blocks of whole lines; the first block shows their form.
 
     Raises
     ------
     InputError
-        As of `read_text`.
+        As in `read_text`.
     """
     opening = opened(first.split("\n"), TEXT, request)
     reader = RowReader(request, opening, opening.line)
@@ -105,18 +105,18 @@ def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:
 
 @dataclass(eq=False, slots=True)
 class RowReader:
-    """Reads rows from blocks of lines; the layout is that of the first lines.
+    """Reads rows from blocks of lines; the first lines determine the form of the rows.
 
     Attributes
     ----------
     request : Request
     opening : Opening
     line : int
-        Number of lines before the next block; before the first row if there was none.
+        Number of lines before the next block.
     blocks : list of Block
-        What has been read.
+        The blocks that have been read.
     cut : InputError or None
-        The error of a row that may be the last one, and incomplete.
+        The error of an incomplete row, which is accepted only at the end of the text.
     """
 
     request: Request
@@ -126,7 +126,7 @@ class RowReader:
     cut: InputError | None = None
 
     def read(self, text: str) -> None:
-        """Take the rows of the next block of lines."""
+        """Read the rows in the next block of lines."""
         opening = self.opening
         samples = _ROWS_COUNTED_LATER if self.blocks else _ROWS_COUNTED
         letters, separator = _PLAIN_LETTERS[opening.dialect.decimal], opening.dialect.separator
@@ -141,7 +141,7 @@ class RowReader:
         self.line += text.count("\n")
 
     def finish(self) -> ReadTable:
-        """The table, when all blocks have been read."""
+        """Return the table of all blocks that were read."""
         opening = self.opening
         seen: tuple[Evidence, ...] = opening.skipped.evidence()
         if self.cut is not None:
@@ -170,7 +170,7 @@ class RowReader:
         )
 
     def _line_by_line(self, text: str) -> list[str]:
-        """The lines as plain decimals, or blank; what is not finite is too large."""
+        """Return lines as plain decimals, or blank; a value that is not finite becomes 8e888."""
         lines, number = text.split("\n"), self.line + 1
         rows, self.cut = decimals_of(lines, self.opening, number, self.request, self.cut)
         # The last row is not reported as skipped if it is incomplete, because there is a separate
@@ -186,16 +186,16 @@ def decimals_of(
     lines: Sequence[Any], opening: Opening, number: int, request: Request,
     cut: InputError | None = None,
 ) -> tuple[list[list[str]], InputError | None]:  # fmt: skip
-    """The numbers in each line, none in a blank one; only the last row may be incomplete.
+    """Return the numbers in each line, none for a blank line; only the last row may be incomplete.
 
     Parameters
     ----------
     lines
-        Those after the heading, or some of them.
+        Lines after the heading.
     opening
-        How they are written.
+        How the rows are written.
     number
-        Of the first line, from 1.
+        Number of the first of these lines, from 1.
     request
         The request to read them.
     cut
@@ -204,12 +204,12 @@ def decimals_of(
     Returns
     -------
     (list of list of str, InputError or None)
-        With the error of a row that may be the last one, and incomplete.
+        The numbers, and the error of an incomplete last row, which may be the end of the text.
 
     Raises
     ------
     InputError
-        A line that is no row.
+        A line is not a row.
     """
     dialect, width = opening.dialect, opening.width
     found: list[list[str]] = []
@@ -233,7 +233,7 @@ def decimals_of(
 
 
 def _unquoted(text: str, separator: str) -> str:
-    """The lines without the quotes around their fields, if all of these have them."""
+    """Return the lines without quotes around their fields, if all fields are quoted."""
     for quote in "\"'":
         if separator and len(text) > 1 and text[0] == text[-1] == quote:
             plain = text.replace(f"{quote}\n{quote}", "\n")[1:-1]
@@ -242,7 +242,7 @@ def _unquoted(text: str, separator: str) -> str:
 
 
 def _together(blocks: Sequence[list[Array]], j: int) -> Array:
-    """A column of all blocks, which no longer hold it: a long file is in memory once."""
+    """Join a column of all blocks, and remove it from the blocks to save memory."""
     whole = np.concatenate([values[j] for values in blocks])
     for values in blocks:
         values[j] = whole[:0]
