@@ -251,7 +251,7 @@ def _explained(
 
 
 def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
-    """Return the other causes that reduce the residual of the equations nearly as much as `h`."""
+    """Return other causes that reduce the residual of the equations nearly as much as one cause."""
     if h.mistakes[0].kind != "model":
         return ()
     relief = causes.relief(h.mistakes)
@@ -268,7 +268,7 @@ def _by_relief(causes: Residual) -> list[Hypothesis]:
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
-    """Return the equation with the largest residual, its residual, and the relief by the causes.
+    """Return the equation with the largest residual, its size, and the factor by which it falls.
 
     None if the causes do not change the model, or reduce the residual too little.
     """
@@ -280,7 +280,7 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
 
 
 def _written_as_given(x: FittedValue, report: Report) -> str:
-    """Name the column whose first row has the given initial value, although `x` was fitted.
+    """Name the column whose first row has the given initial value, although another was fitted.
 
     Empty if there is no such column.
     """

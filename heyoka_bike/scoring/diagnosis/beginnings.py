@@ -113,7 +113,8 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        # Skip roll rates whose ratio a power of the ratio of the speeds could compensate.
+        # Skip the pair if a power of the ratio of the speeds could compensate the ratio of the roll
+        # rates.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:

@@ -116,7 +116,7 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
 
 
 def _with_integral(part: Part, rate: str) -> Part:
-    """Replace an angle with the integral of its rate, which begins upright and straight."""
+    """Replace an angle with the integral of its rate, from the upright start on."""
     angle = LATERAL_ANGLES[rate]
     whole = part.at(np.isfinite(part.values[rate]))
     values = {**whole.values, angle: integral(whole.time, whole.values[rate])}

@@ -167,7 +167,7 @@ class Pursuit:
             self.answer = Answer(rest, () if is_all else (left,))
 
     def _may_be_known(self, x: Evidence, *, is_end: bool) -> bool:
-        """True if a known mistake of the output may be the reason of a fault.
+        """True if a known mistake of the output may explain a fault of the rows.
 
         A clock of one maneuver that leaves no error elsewhere is no mistake of the whole program.
         """
@@ -215,7 +215,7 @@ class Pursuit:
             self.view = before
 
     def of_columns(self, keys: Sequence[str], plan: Plan = EVERYTHING) -> Answer:
-        """Find the cause of errors in these columns, among the causes of a plan."""
+        """Find the cause of errors in some columns by the steps of a plan."""
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))

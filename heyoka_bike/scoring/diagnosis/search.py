@@ -148,7 +148,7 @@ class Search:
             progress((i + 1) / len(steps))
 
     def _in_words(self, before: int) -> str:
-        """Describe the number of causes tried since `before`, and the likeliest so far."""
+        """Describe how many causes a step tried, and the likeliest cause so far."""
         return f"{self.file.tried - before} tried; {step_log.in_words(self.best)}"
 
 

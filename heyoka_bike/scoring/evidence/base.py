@@ -21,7 +21,7 @@ column has no value there."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """Base of all evidence.
+    """Base class of all evidence.
 
     Attributes
     ----------

@@ -201,7 +201,7 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
 
 
 def _is_far_better(error: float, wrong: float) -> bool:
-    """True if an error [scales] is invisible, and smaller than `wrong` by the factor `CLEARLY`."""
+    """True if an error (in scales) is invisible, and far smaller than that of a wrong column."""
     return error <= min(TOLERANCE, wrong / CLEARLY)
 
 
@@ -251,7 +251,7 @@ def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None
 
 
 def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """Describe a column as the exact values times a factor, plus an offset, or with one only."""
+    """Describe a column as the exact values with a factor or an offset, or with both."""
     fit = scaled([c])
     if fit is None:
         return None
@@ -275,7 +275,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
 
 
 def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
-    """Describe a column as a moving average of the exact values over an odd number of even rows.
+    """Describe a column as a moving average of the exact values over evenly spaced rows.
 
     All definitions of the column are tried. The deviation is NaN at both ends.
     """
@@ -424,11 +424,11 @@ def bounded(report: Report) -> Undone | None:
 
 
 def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
-    """Return the bounds at which a column stays; a missing bound is infinite. None without both.
+    """Return the lower and the upper bound at which a column stays; None if it stays at neither.
 
-    A column stays at a bound for several rows, and comes to it and leaves it by steps far above its
-    digits. It stays at no other value, and most of its rows are between the bounds, with many
-    different values.
+    If the column stays at only one bound, the other is infinite. A column stays at a bound for
+    several rows, and comes to it and leaves it by steps far above its digits. It stays at no other
+    value, and most of its rows are between the bounds, with many different values.
     """
     value = c.trace.value
     least = CLEARLY * floor_of(c)

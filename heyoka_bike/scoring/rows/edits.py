@@ -60,7 +60,7 @@ class Edit:
         return time
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns that the program writes instead of these."""
+        """Return the columns that the program writes instead of the given columns."""
         return columns
 
 
@@ -159,7 +159,7 @@ class Mirrored(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Exchanged(Edit):
-    """A permutation of columns.
+    """An edit that permutes columns.
 
     Attributes
     ----------

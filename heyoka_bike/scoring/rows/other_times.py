@@ -66,7 +66,7 @@ class AtOtherTimes:
         return meant
 
     def left(self, meant: Array) -> Array:
-        """Return the RMS error of each column at these times; NaN without a row within the run."""
+        """Return the RMS error of each column at given times; NaN without a row within the run."""
         errors, rows = self.off(meant)
         return np.array([rms(x[rows]) for x in errors])
 

@@ -65,7 +65,7 @@ def _exchanged(m: ManeuverScore) -> dict[str, str]:
     }
 
     def off(meant: Mapping[str, str]) -> Array:
-        """Return by angle the distance of its slope from its rate, relative to the rate."""
+        """Return for each angle the distance of its slope from its rate, relative to the rate."""
         place = {meant.get(key, key): key for key in values}
         pairs = [(place[a], place[r]) for r, a in LATERAL_ANGLES.items() if {a, r} <= {*place}]
         return np.array([rms(slopes[a] - values[r]) / (rms(values[r]) or 1.0) for a, r in pairs])
@@ -104,7 +104,7 @@ def _rates_of(report: Report) -> list[str]:
 def _without_wrong_rate(
     report: Report, wrong: Sequence[RateOfDifferences | RateOfOtherRow], numbers: Collection[int]
 ) -> Undone | None:
-    """Remove a wrong rate from the maneuvers with these numbers; None unless exactly one is wrong.
+    """Remove a wrong rate from some maneuvers; None unless exactly one rate is wrong.
 
     If both are wrong, later steps try other times, and simulated programs with this mistake.
     """

@@ -206,7 +206,7 @@ class Moving:
         return solved(self.mass, forces)
 
     def altered(self, amounts: Mapping[str, Number]) -> list[Number]:
-        """Return the derivatives of the state with these coefficients of `FORCES` added [SI]."""
+        """Return the derivatives of the state if forces with these coefficients act [SI]."""
         if not amounts:
             return self.rates
         force, rotors = self._forces(amounts, self)
@@ -510,7 +510,7 @@ def _to_the_side_squared(body: str) -> Law:
 
 
 def _of_the_side(m: Moving, body: str) -> Vector:
-    """Return the acceleration of a point 1 m to the right of a body's centre, relative to it."""
+    """Return the acceleration, relative to a body's centre, of a point 1 m to the right of it."""
     w = m.now[f"w_{body}"]
     return plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
 

@@ -113,7 +113,7 @@ class Observed:
         return max(self.inconsistencies().values())
 
     def inconsistencies(self) -> dict[str, float]:
-        """Return by rate its difference from the slope of its angle, relative to the rate."""
+        """Return for each rate its relative difference from the slope of its angle."""
         rates = np.array([self.windows @ self.state[key] for key in LATERAL_ANGLES])
         least = float(np.finfo(np.float64).tiny)
         size = np.sqrt(np.mean(rates**2, axis=1)) + least
