@@ -61,7 +61,7 @@ _STIFFEST = 3.0
 
 
 def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
-    """Return the evidence that most columns contain only zeros; empty if they do not."""
+    """Return the evidence that most columns contain only zeros; an empty tuple if they do not."""
     are_zeros = [not c.trace.value.any() for _, c in report.places]
     return (MostlyZeros(),) if 2 * sum(are_zeros) > len(are_zeros) else ()
 
@@ -104,13 +104,15 @@ def answers(
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
-    # A yielding contact explains the error better than the nearest integrator.
+    # If the contact yields, do not report the nearest integrator: the contact explains the error
+    # better.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
     whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
-        # For these columns, wrong first rows indicate wrong output, not wrong initial conditions.
+        # If only these columns are wrong, their wrong first rows indicate wrong output, not wrong
+        # initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
         return (*first, whole, nothing)
     energies = _energies(diagnosis.causes, report)
@@ -120,7 +122,8 @@ def answers(
     if falls:
         return (*forces, *first)
     shape = numerical.causes(report)
-    # If the columns are too far from the exact ones, the residual of the equations has no meaning.
+    # If the columns are too far from the exact ones, the residual of the equations has no meaning,
+    # so it is not reported.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
     described = tuple(_described(diagnosis.causes)) if is_told else ()
     if has_right_digits(nothing.max_rel_error):
@@ -131,14 +134,16 @@ def answers(
     if forces:
         first = (*visible_faults.other_heights(report), *first)
     if forces or described:
-        # The first rows say less than the equations do.
+        # Do not report how the error grows in the first rows, because the residual of the equations
+        # shows more.
         shape = tuple(x for x in shape if not isinstance(x, BeginsAs))
     noise = tuple(x for x in shape if isinstance(x, RoughError) and x.are_all)
     if noise:
-        # Noise also changes the first row, the energy, and the accelerations.
+        # Noise also changes the first row, the energy and the accelerations, so the evidence from
+        # these is not reported.
         first = tuple(x for x in first if not isinstance(x, AnotherStart))
         shape, described = (), ()
-    # Report a method that only resembles the error last.
+    # An integration method that only resembles the error is reported last.
     nearest = () if integrator is None else (integrator,)
     told = (*energies, *yields, *forces, *noise, *described)
     if not (told or first):
@@ -147,26 +152,27 @@ def answers(
     shape = tuple(x for x in shape if x not in general)
     if any(isinstance(x, ForceUnexplained) for x in forces):
         nothing = replace(nothing, closest=())
-    # An invisible difference of the first row says less than the other evidence.
+    # Report an invisible difference of the first row late, because it is weaker evidence than the
+    # rest.
     small = tuple(x for x in first if isinstance(x, AnotherStart) and not x.is_visible)
     first = tuple(x for x in first if x not in small)
     return (*told, *first, *shape, *small, nothing, *general, *nearest)
 
 
 def is_whole_cause(x: Evidence) -> bool:
-    """True if evidence found without simulation is a complete cause."""
+    """True if a fault that was found without simulation explains the whole error."""
     is_of_few = isinstance(x, RowsBetween) and x.keys
     kinds = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
     return isinstance(x, kinds) and not is_of_few
 
 
 def is_right(report: Report) -> bool:
-    """True if the digits written hide the errors of all columns."""
+    """True if the errors of all columns are below the resolution of the digits written."""
     return all(c.is_hidden for _, c in report.places)
 
 
 def _linear(h: Hypothesis) -> LinearMotion:
-    """Evidence that the motions are those of the linear equations, without another mistake."""
+    """Return the evidence that the program solves the linear equations, with no other mistake."""
     unknown = tuple(dict.fromkeys(key for n, key in h.floors if (n, key) not in h.after))
     # Energies of linear motions show less about the integrator than the lateral columns, so use the
     # lateral columns if the file has any.
@@ -176,7 +182,7 @@ def _linear(h: Hypothesis) -> LinearMotion:
 
 
 def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
-    """Methods of integration, if the likeliest of these hypotheses is one."""
+    """Return the integration methods if the likeliest hypothesis is one; otherwise None."""
     found = [(h, m) for h in hypotheses for m in h.mistakes if isinstance(m, NumericalMethod)]
     if not found or found[0][0] is not hypotheses[0]:
         return None
@@ -184,7 +190,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
 
 
 def _integrator(causes: Residual | None) -> Integrator | None:
-    """The integration methods whose error the residual of the equations resembles, or None."""
+    """Return the integration methods whose error the residual resembles; None if there are none."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
     return Integrator(methods, methods[0].relief > CLEARLY) if methods else None
 
@@ -197,7 +203,7 @@ def _direction(causes: Residual | None) -> Iterator[Direction]:
 
 
 def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]:
-    """Yield a force or a term that no cause explains, or its law if that is visible."""
+    """Yield the evidence of an unexplained force; as a torque law if one variable determines it."""
     causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
         return
@@ -209,13 +215,13 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
 
 
 def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
-    """Yield the residual of the equations if it is too small to be called a force."""
+    """Yield the residual of the equations if it is visible and no integrator explains it."""
     if causes is not None and causes.is_described:
         yield _left(causes)
 
 
 def _energies(causes: Residual | None, report: Report) -> tuple[EnergyOfOtherMotion, ...]:
-    """Energies that do not belong to the file's motion; none if a force is missing in it."""
+    """Return energies that do not belong to the file's motion; empty if a force is unexplained."""
     if causes is None or not shows_equations(causes) or causes.is_open:
         return ()
     equations = Equations.binary64(causes.program.motion.bicycle)
@@ -229,7 +235,7 @@ def _left(causes: Residual) -> LeftOfEquations:
 def _explained(
     rank: int, hypotheses: tuple[Hypothesis, ...], report: Report, causes: Residual | None
 ) -> Explained:
-    """Evidence that mistakes, or as few fitted values as possible, explain the file."""
+    """Return the evidence that mistakes, or as few fitted values as possible, explain the file."""
     first = hypotheses[0]
     as_given = (_written_as_given(x, report) for x in first.found)
     rest = left_over(first, causes)
@@ -245,7 +251,7 @@ def _explained(
 
 
 def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
-    """Other causes that reduce the residual of the equations nearly as much."""
+    """Return other causes that reduce the residual of the equations nearly as much as one cause."""
     if h.mistakes[0].kind != "model":
         return ()
     relief = causes.relief(h.mistakes)
@@ -254,7 +260,7 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
 
 
 def _by_relief(causes: Residual) -> list[Hypothesis]:
-    """Plausible causes that explain a part of the residual of the equations, the best first."""
+    """Return the plausible causes that explain a part of the residual, the best first."""
     every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
     return sorted(
         (x for x in every if x.relief > THRESHOLDS.explained_factor), key=lambda x: -x.relief
@@ -262,7 +268,7 @@ def _by_relief(causes: Residual) -> list[Hypothesis]:
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
-    """The equation with the largest residual, its relative size, and the factor by which it falls.
+    """Return the equation with the largest residual, its size, and the factor by which it falls.
 
     None if the causes do not change the model, or reduce the residual too little.
     """
@@ -274,7 +280,7 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
 
 
 def _written_as_given(x: FittedValue, report: Report) -> str:
-    """Name the column whose first row contains the given initial value, not the fitted value x.
+    """Name the column whose first row has the given initial value, although another was fitted.
 
     Empty if there is no such column.
     """
@@ -295,7 +301,7 @@ def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
 
 
 def _closest(causes: Residual | None) -> tuple[Hypothesis, ...]:
-    """The causes that explain most of the residual, though not enough."""
+    """Return the causes that explain the largest part of the residual, but not all of it."""
     if causes is None or not causes.visibility:
         return ()
     return tuple(_by_relief(causes)[: THRESHOLDS.max_refined])

@@ -1,4 +1,4 @@
-"""Evidence from the beginning of an error: the first rows show some forces.
+"""Evidence from the first rows: the way in which an error begins shows some forces.
 
 Every maneuver begins upright and straight. There gravity does no work, so the kinetic energy has no
 slope. The bicycle is symmetric, so errors of a symmetric model begin in proportion to the initial
@@ -26,18 +26,20 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 # Duration of the beginning of a run, in which the bicycle is still nearly in its initial state [s],
 # and minimum number of rows in it after the first row.
 _BEGINNING, _FEWEST = 0.2, 4
-# An error that grows at least with this power of the time does not come from the initial
-# conditions.
+# An angle's error that grows at least as fast as this power of time does not come from the initial
+# conditions. For rates the limit is one less.
 _LEAST_POWER = 1.5
-# Highest power of the initial speed with which the effects compared here may grow. Terms of the
-# equations grow with its square, and errors of integrators with a power a few times as high.
+# The effect of a force is assumed to grow at most with this power of the initial speed. Terms of
+# the equations grow with its square, and errors of integrators with a power a few times as high.
 _HIGHEST_POWER = 8
 # The fastest mode makes the power of the time in the error of an angle appear smaller, by up to
 # 1/2, until this mode has decayed. Therefore a power is rounded up if it exceeds an integer by more
 # than 1 minus this value.
 _LESS = 0.75
-# Highest power that is reported. Higher powers are reported as this power.
+# Highest power of time with which an error is reported to begin. Higher powers are reported as this
+# one.
 _HIGHEST_REPORTED = 3
+# Columns whose errors show a force along the motion.
 _ALONG = ("forward_speed", "kinetic_energy")
 
 
@@ -49,12 +51,12 @@ def beginnings(report: Report) -> Iterator[Evidence]:
 
 
 def _given(m: ManeuverScore, key: str) -> float:
-    """The given initial value of a column [SI]."""
+    """Return the given initial value of a column [SI]."""
     return float(m.part.reference.rows[key][0])
 
 
 def _error(c: ColumnScore) -> tuple[Array, Array] | None:
-    """Times and errors of the rows of the beginning.
+    """Return the times and the errors of a column in the rows of the beginning.
 
     None if there are too few rows, the first row is wrong or not at t = 0, or the digits hide
     errors in the second half of the beginning.
@@ -72,7 +74,7 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
-    """Yield the power with which the kinetic energy begins to change, if all maneuvers show it."""
+    """Yield the initial rate of change of the kinetic energy [W], if all maneuvers show it."""
     powers: dict[int, float] = {}
     forces: dict[int, float] = {}
     for m in maneuvers:
@@ -88,7 +90,7 @@ def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
 
 
 def _slope(c: ColumnScore) -> float | None:
-    """Initial slope of the error of a column; None if the error is hidden, or not a straight line.
+    """Return the initial slope of a column's error; None if the error is hidden or not straight.
 
     The error of a method of order 1 is not straight: with implicit Euler's method and a step of
     0.002 s, its slope changes by 10 %.
@@ -113,7 +115,8 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        # The roll rates must differ by more than a power of the speeds could compensate.
+        # Skip the pair if a power of the ratio of the speeds could compensate the ratio of the roll
+        # rates.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
@@ -137,7 +140,7 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 
 
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
-    """Yield the exponent p of the initial growth t^p of an angle's error, least over all maneuvers.
+    """Yield the smallest exponent p of all maneuvers, if the error of an angle begins as t^p.
 
     The evidence is about all maneuvers that show a power.
     """
@@ -146,8 +149,8 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
-        # A first power in one maneuver and a higher power in another maneuver are no clear
-        # evidence. Nor is a late error of an angle if the speed is wrong from the first rows on.
+        # If the power is 1 in one maneuver and higher in another, the evidence is unclear and not
+        # reported. Nor is a late error of an angle if the speed is wrong from the first rows on.
         is_late = bool(each) and min(each.values()) == _HIGHEST_REPORTED
         is_clear = each and (min(each.values()) > 1 or max(each.values()) == 1)
         if is_clear and not (is_late and _speed_is_wrong_at_once(maneuvers)):
@@ -166,12 +169,12 @@ def _speed_is_wrong_at_once(maneuvers: Sequence[ManeuverScore]) -> bool:
 
 
 def _is_wrong(c: ColumnScore) -> bool:
-    """True if the error would be visible in a plot; an integrator's error is smaller."""
+    """True if a column's error would be visible in a plot; few integrators make such errors."""
     return c.error > TOLERANCE
 
 
 def _power(c: ColumnScore) -> int | None:
-    """The power of the time with which a column's error begins; None if the rows do not show it."""
+    """Return the power of time with which an error begins to grow; None if the rows hide it."""
     time, error = c.trace.time, np.abs(c.trace.error)
     floor = floor_of(c)
     if time[0] != 0.0 or error[0] > floor:

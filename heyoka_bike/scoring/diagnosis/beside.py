@@ -1,8 +1,9 @@
-"""Faults of the rows in a file whose motion has a cause of its own.
+"""Find faults of the rows in a file whose motion is wrong for another reason.
 
-The looks at the rows compare a file with the exact motion. Once a cause of the file's motion is
-found, its motion takes the place of the exact one, and the same looks are asked again. If a fault
-hides the cause, the search leaves out the rows or the rate that contradict the rest of the file.
+The row checks compare a file with the exact motion. Once the cause of a wrong motion is found, the
+simulated motion with this cause replaces the exact one, and the same checks are repeated. If a
+fault of the rows hides the cause, the search leaves out the rows or the rate that contradict the
+rest of the file.
 """
 
 from __future__ import annotations
@@ -36,13 +37,13 @@ from heyoka_bike.scoring.score import scored_rows
 def faults_beside(
     causes: Sequence[Causes], report: Report, reference: Reference, simulator: Simulator
 ) -> Undone | None:
-    """Find the faults of the rows that show in comparison with the motion of a cause.
+    """Find faults of the rows by comparing them with the simulated motion of a cause.
 
     Parameters
     ----------
     causes
-        The likeliest causes of the motion, the first one first; its motion takes the place of the
-        exact one.
+        The likeliest causes of the motion, the best first. The simulated motion with the best cause
+        replaces the exact one.
     report
         The file, compared with the exact motion.
     reference, simulator
@@ -80,7 +81,7 @@ def faults_beside(
 
 
 def causes_of(seen: Sequence[Evidence], *, is_incomplete: bool = False) -> list[Causes]:
-    """Return the likeliest causes of the motion among some conclusions; empty if there are none.
+    """Return the likeliest causes of the motion in a list of conclusions; empty if it has none.
 
     With `is_incomplete`, only causes that leave an error in some column.
     """
@@ -93,7 +94,7 @@ def causes_of(seen: Sequence[Evidence], *, is_incomplete: bool = False) -> list[
 
 
 def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tuple[Part, ...]]:
-    """Yield the rows without what may contradict the rest of a file; nothing if nothing does.
+    """Yield the rows without the maneuvers or columns that may contradict the rest of a file.
 
     A rate is the slope of its angle, whatever the motion is. If this fails in some maneuvers only,
     they are left out. If it fails in all, but for one angle only, then first its rate is left out,
@@ -115,7 +116,7 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
 
 
 def _with_integral(part: Part, rate: str) -> Part:
-    """The rows with an angle that is the integral of its rate, from the upright start."""
+    """Replace an angle with the integral of its rate, from the upright start on."""
     angle = LATERAL_ANGLES[rate]
     whole = part.at(np.isfinite(part.values[rate]))
     values = {**whole.values, angle: integral(whole.time, whole.values[rate])}
@@ -127,13 +128,13 @@ def _with_integral(part: Part, rate: str) -> Part:
 def _compared_with(
     program: Program, report: Report, reference: Reference, simulator: Simulator
 ) -> list[Part]:
-    """The rows to compare with the motion of a program, without motions that end early."""
+    """Return the rows with a program's motion as reference, without motions that end early."""
     found = []
     for m in report.maneuvers:
         whole = reference[m.maneuver]
         motion = requested(program, m.maneuver, np.array([float(whole.duration)]))
         simulated = with_columns(whole, partial(simulator.at, motion))
-        # Between the rows of the file, the columns of a motion that ends early are not finite.
+        # The columns of a motion that ends early are not finite after its end.
         is_whole = all(np.isfinite(x).all() for x in simulated.rows.hi.values())
         if is_whole and m.rows >= MIN_ROWS_FOR_SHAPE:
             found.append(replace(m.part, reference=simulated))

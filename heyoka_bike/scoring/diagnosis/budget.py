@@ -41,7 +41,7 @@ class BudgetSpentError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """The end of a diagnosis that has begun.
+    """The time at which a running diagnosis must end.
 
     Attributes
     ----------

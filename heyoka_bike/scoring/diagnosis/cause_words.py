@@ -14,7 +14,7 @@ from heyoka_bike.scoring.grades import TOLERANCE
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 """Unit of each parameter, initial value and force."""
 
-# An uncertainty below this fraction of its value is not shown.
+# An uncertainty below this fraction of the value is not shown.
 _LEAST_UNCERTAINTY_SHOWN = 1e-6
 # A term counts as wholly missing if the fitted missing fraction differs from 1 by at most this
 # much.
@@ -29,13 +29,13 @@ def mistakes_words(mistakes: Sequence[Cause]) -> str:
 
 
 def share_words(share: float) -> str:
-    """Return an error relative to its own size, as "0.3 %" or "2.1 times its size"."""
+    """Format a relative error, as "0.3 %" or "2.1 times its size"."""
     percent = f"{short_number(100 * share)} %"
     return percent if share < 2.0 else f"{short_number(share)} times its size"
 
 
 def scale_words(error: float, column: str = "") -> str:
-    """Return an error relative to the scale of a column, which sentences call its largest value.
+    """Format an error in scales of a column; sentences call the scale its largest value.
 
     Without `column`, it is the column that the sentence has named.
     """
@@ -44,7 +44,7 @@ def scale_words(error: float, column: str = "") -> str:
 
 
 def relief_words(relief: float) -> str:
-    """Say by which factor a simulation with a cause is nearer to a file than the exact motion."""
+    """Format the factor by which a cause's simulation is nearer to a file than the exact motion."""
     return (
         f"A simulation with this cause agrees with the file {short_number(relief, 1)} times better "
         "than the exact motion does"
@@ -52,7 +52,7 @@ def relief_words(relief: float) -> str:
 
 
 def inertia_words(found: Sequence[FittedValue]) -> str:
-    """Describe the pattern in several wrong inertias of one body; empty if there is none."""
+    """Describe the pattern in several wrong inertias of one body; empty string if there is none."""
     by_axes = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
     if len(by_axes) < len(found) or not {"xx", "zz"} <= by_axes.keys():
         return ""
@@ -83,7 +83,7 @@ def _values_words(found: Sequence[FittedValue]) -> str:
 
 
 def _part_words(x: FittedValue) -> str:
-    """Say which fraction of a term of the equations a program has."""
+    """Describe the fraction of a term of the equations that a program contains."""
     says = FORCES[x.name].says
     is_missing = abs(x.value - 1.0) < _NEARLY_ALL
     times = "is missing" if is_missing else f"is {1.0 - x.value:.4g} times what it should be"
@@ -91,24 +91,25 @@ def _part_words(x: FittedValue) -> str:
 
 
 def _value_words(x: FittedValue) -> str:
-    """Return a value with the digits that its uncertainty allows, and the correct value."""
+    """Format a value with the digits that its uncertainty allows, and the correct value."""
     size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
     least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
     decimals = max(1, -floor(log10(least))) if least else 1
     after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
-    # Show no uncertainty that is as small as rounding, and none of a value that hardly affects the
-    # error.
+    # Show no uncertainty that is as small as roundoff. Show none either if the value hardly affects
+    # the error.
     is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"
     if after == right:
-        # The value differs by less than its uncertainty shows.
+        # With the digits that its uncertainty allows, the value equals the correct one. So show
+        # more digits.
         after = f"{x.value:.10g}"
     return f"{_name_words(x)} is {after} {_unit_words(x.name)}{within} instead of {right}"
 
 
 def _unit_words(name: str) -> str:
-    """The unit of a value; of a torsional stiffness with its radian, which is 1 in SI."""
+    """Return the unit of a value; a torsional stiffness includes the radian, which is 1 in SI."""
     unit = unit_text(UNIT_OF_VALUE[name])
     return f"{unit}/rad" if name in ("steer_stiffness", "roll_stiffness") else unit
 

@@ -20,20 +20,21 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if the error that a cause leaves can be an integrator's error."""
-    # For a simulated method no value is fitted that could hide the cause: the rows determine its
-    # step.
+    """True if the error that remains with a cause can be the error of an integrator."""
+    # A simulated integration method needs no stronger evidence: the distance of the rows determines
+    # its step, so no free value could hide the cause.
     is_mistake = any(
         m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
-    # If the residual of the equations does not show the causes, each of them must explain most of
-    # the error.
+    # A cause that the residual of the equations does not show must reduce the error by the factor
+    # `BY_FAR`, and several such causes by this factor each.
     least = BY_FAR**h.count if is_hidden else THRESHOLDS.explained_factor
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several fitted values that include a force may fit an error that has none of these causes.
+        # Several fitted values that include a force may fit an error with any other cause. Reject
+        # them if an error remains.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
@@ -46,7 +47,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
 
 
 def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if no other single cause can replace this one.
+    """True if a cause explains so much that no other single cause can replace it.
 
     It explains much of the error. A cause that is not in the model must also leave only a small
     error.
@@ -57,12 +58,12 @@ def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
 
 
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if no single cause that is tried later could replace this one."""
+    """True if a cause is good enough to end the search for single causes."""
     return h.is_exhaustive or explains_mostly(h, residual)
 
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
-    """Return the typical errors (in scales) that a cause leaves and the digits do not explain."""
+    """Return the typical errors (in scales) above the digits that remain with a cause."""
     has_energy = has_usual_energy(h.mistakes)
     return {
         k: x
@@ -113,7 +114,8 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     if above[worst] > max(FAR_WORSE * max(least, THRESHOLDS.negligible_error), TOLERANCE):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
-    # The relative errors of roll and steer columns of the same motion may differ greatly.
+    # Roll and steer columns of the same motion may have very different relative errors, so a larger
+    # factor is required for them.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
     is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

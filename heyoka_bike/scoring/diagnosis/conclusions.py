@@ -44,12 +44,12 @@ _ABOUT_STARTS = (
 )
 # Adjectives of the equations that are not named by one.
 _ADJECTIVES = {"speed": "forward"}
-# Errors below this fraction of a column's size are not mentioned, because six digits are right.
+# Relative errors below this limit are not mentioned, because the values have six correct digits.
 _NEGLIGIBLE_ERROR = 1e-6
-# Fractions of a variable's range at which the message about a torque gives the torque.
+# The message about a torque law states the torque at these fractions of the variable's range.
 _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
-# Maximum ratio `LeftOfEquations.above` for which explicit methods explain a residual, and for which
-# any integrator does: the ratio is 152 for IDA, an implicit method that solves for the rates.
+# Largest ratio `LeftOfEquations.above` that the residuals of explicit methods reach, and of all
+# integrators. IDA, an implicit method that solves for the rates, reaches 152.
 _MAX_RATIO_OF_EXPLICIT = 3.0
 _MAX_RATIO_OF_INTEGRATORS = 152.0
 
@@ -136,7 +136,7 @@ class Explained(Evidence):
         return found if self.rank == 1 else replace(found, severity=Severity.INFO)
 
     def _proof(self) -> str:
-        """Say how much the cause explains, in whole runs and in which equation."""
+        """Describe how much of the error the cause explains, in whole runs and in the equations."""
         said = relief_words(self.hypotheses[0].relief)
         if self.acceleration is not None:
             where, share, factor = self.acceleration
@@ -146,8 +146,8 @@ class Explained(Evidence):
                 f"{short_number(factor, 1)} times less from equations with this cause"
             )
         if self.rest is None and self.left:
-            # An integrator seldom makes an error larger than this, because it would be visible in a
-            # plot.
+            # An integration error larger than `TOLERANCE` is unlikely: the author would have seen
+            # it in a plot.
             other = ", or from another cause" if self.left > TOLERANCE else ""
             said += (
                 f". The remaining error is typically {scale_words(self.left, 'a column')}. It "
@@ -157,7 +157,7 @@ class Explained(Evidence):
         return said
 
     def _advice(self) -> str:
-        """Say what to check in the program."""
+        """Describe what to check in the program."""
         first = self.hypotheses[0]
         forces = {x.name for x in first.found} & FORCES.keys()
         if forces:
@@ -179,7 +179,7 @@ class Explained(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class BesideCause(Evidence):
-    """A fault of the rows in a file whose motion has a cause of its own.
+    """A fault of the rows in a file whose motion is wrong for another reason.
 
     Attributes
     ----------
@@ -211,7 +211,7 @@ class BesideCause(Evidence):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LinearMotion(Evidence):
-    """Motions of the linearised equations.
+    """The motions satisfy the linearised equations.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ class LikeliestUntilThen(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Integrator(Evidence):
-    """Methods whose first error term resembles the file's error.
+    """Integration methods whose first error term resembles the file's error.
 
     Attributes
     ----------
@@ -317,7 +317,7 @@ class Integrator(Evidence):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class IntegratedBy(Evidence):
-    """Methods that reproduce the file's error when they are run.
+    """Integration methods that reproduce the file's error when they are run.
 
     Attributes
     ----------
@@ -338,7 +338,7 @@ class IntegratedBy(Evidence):
 
     @property
     def is_sure(self) -> bool:
-        """True if no other method reproduces the error as well.
+        """True if no other method reproduces the error equally well.
 
         The explicit midpoint rule in other coordinates reduced an error of Ralston's method by a
         factor of 200.
@@ -394,7 +394,7 @@ class Direction(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class LeftOfEquations(Evidence):
-    """Residual of the equations above the digits, but too small to show a force by itself.
+    """The residual of the equations is above the digits, but too small to show a force by itself.
 
     Attributes
     ----------
@@ -578,7 +578,7 @@ class NoCauseFound(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class UnitsBeside(Evidence):
-    """Units of columns by the motion that explains the file, where the score used others."""
+    """The motion that explains the file fits some columns in other units than the score assumed."""
 
     units: Mapping[str, str]
 
@@ -598,7 +598,7 @@ class UnitsBeside(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class NothingWrong(Evidence):
-    """Columns that are right.
+    """Columns are right as far as the digits written show.
 
     Attributes
     ----------
@@ -655,7 +655,7 @@ def _nearest_words(h: Hypothesis) -> str:
 
 
 def _rest_words(h: Hypothesis, rest: Place) -> str:
-    """Say where a hypothesis leaves an error, and its size."""
+    """Describe where an error remains with a hypothesis, and its size."""
     number, key = rest
     return (
         f"Another error remains: {key} of maneuver {number} is still off, typically by "
@@ -664,7 +664,7 @@ def _rest_words(h: Hypothesis, rest: Place) -> str:
 
 
 def _errors(h: Hypothesis) -> dict[str, Any]:
-    """Return the typical errors without and with a hypothesis, and the factors between them."""
+    """Return the typical errors without and with a hypothesis, and how much they fall."""
     before, after = (
         {f"{maneuver}.{key}": x for (maneuver, key), x in typical.items()}
         for typical in (h.before, h.after)
@@ -673,7 +673,7 @@ def _errors(h: Hypothesis) -> dict[str, Any]:
 
 
 def _value(x: FittedValue) -> dict[str, Any]:
-    """Return a fitted value as numbers."""
+    """Return the numbers of a fitted value for JSON."""
     return {
         "unknown": x.name,
         "maneuver": x.maneuver,
@@ -685,5 +685,5 @@ def _value(x: FittedValue) -> dict[str, Any]:
 
 
 def _residual(left: LeftOfEquations) -> dict[str, Any]:
-    """Return the numbers of a residual of the equations."""
+    """Return the numbers of a residual of the equations for JSON."""
     return {"shares": dict(left.shares), "acts_in": left.acts_in, "above": left.above}

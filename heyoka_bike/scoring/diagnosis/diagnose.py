@@ -1,4 +1,4 @@
-"""A score with a diagnosis: why results differ from the reference."""
+"""Score results and find out why they differ from the reference."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -90,7 +90,7 @@ def diagnosed(
     progress: Callable[[float], None] | None = None,
     budget: Budget = USUAL,
 ) -> Report:
-    """Add the diagnosis to a report; the reference must be the one of the report."""
+    """Add the diagnosis to a report that was made with this reference."""
     deadline = budget.begun()
     watch = Watch(deadline)
     distinct = _at_distinct_times(report, reference)
@@ -125,7 +125,7 @@ def _pursued(
     progress: Callable[[float], None],
     deadline: Deadline,
 ) -> Answer:
-    """Find the causes of a report's errors; none if times are wrong and rows too few for more."""
+    """Find the causes of a report's errors; none if times are wrong and the rows are too few."""
     if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < FEWEST_ROWS:
         return Answer(report, ())
     if zeros := mostly_zeros(report):
@@ -134,7 +134,7 @@ def _pursued(
 
 
 def _at_distinct_times(report: Report, reference: Reference) -> Report:
-    """The report without rows that repeat the time of the row before.
+    """Return the report without rows that repeat the time of the row before.
 
     It keeps the evidence of the whole file.
     """

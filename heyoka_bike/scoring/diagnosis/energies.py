@@ -69,18 +69,18 @@ class _Energy:
 
     @property
     def largest(self) -> tuple[float, float]:
-        """The largest change [J], and its time [s]."""
+        """The largest change of the energy [J], and the time of this change [s]."""
         row = int(np.argmax(np.abs(self.change)))
         return float(self.change[row]), float(self.time[row])
 
     @property
     def is_seen(self) -> bool:
-        """True if the energy changes clearly more than its digits."""
+        """True if the energy changes by clearly more than its digits hide."""
         return abs(self.largest[0]) > CLEARLY * self.floor
 
     @property
     def trend(self) -> float:
-        """The change over the run relative to the energy, if it is steady; otherwise 0."""
+        """Relative change of the energy over the run, if the change is steady; otherwise 0."""
         if not self.is_seen or len(self.change) < 2 * MIN_ROWS_FOR_SHAPE:
             return 0.0
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
@@ -95,7 +95,7 @@ class _Energy:
 
     @property
     def until(self) -> float | None:
-        """Time after which the energy is constant [s]; None if this is not in the first half."""
+        """Time from which the energy is constant [s]; None if this is in the second half."""
         left = np.abs(self.change - self.change[-1])
         limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
@@ -112,7 +112,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     numbers, trends = tuple(known), tuple(x.trend for x in known.values())
     worst = max((c.error for m in report.maneuvers for c in m.columns), default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
-    # In a right file the integrator changes the energy, so the change indicates no force.
+    # In a right file the integrator changes the energy, so a change does not indicate a force.
     is_right = has_right_digits(worst)
     if all(_is_kept(x) for x in known.values()):
         if not is_right:
@@ -158,7 +158,7 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
 
 
 def _is_kept(x: _Energy) -> bool:
-    """True if the error of the parts exceeds the change of the energy by the factor `BY_FAR**2`.
+    """True if the energy is constant: errors of its parts exceed its change by `BY_FAR**2`.
 
     The large factor excludes weak springs and dampers, whose work is a thousandth of the energy
     exchanged between the parts.
@@ -168,7 +168,7 @@ def _is_kept(x: _Energy) -> bool:
 
 
 def _is_next_to(x: _Energy, worst: float) -> bool:
-    """True if the change of the energy is negligible relative to the other errors.
+    """True if the change of the energy is negligible compared with the other errors.
 
     It is compared with the error of its parts or, if these are missing, with the worst error in
     scales: an error of the speed changes the energy by twice as much, an error of the lean by its
@@ -178,12 +178,12 @@ def _is_next_to(x: _Energy, worst: float) -> bool:
 
 
 def _does_work(x: _Energy) -> bool:
-    """True if the change is at least a visible fraction (`TOLERANCE`) of the error of the parts."""
+    """True if the energy's change is a visible fraction (`TOLERANCE`) of the error of its parts."""
     return x.exchanged is None or abs(x.largest[0]) > TOLERANCE * x.exchanged
 
 
 def _energy(m: ManeuverScore) -> _Energy | None:
-    """The mechanical energy of a maneuver as written, or else the sum of its parts, or None."""
+    """Return the mechanical energy as written, or else the sum of its parts; None without both."""
     columns = {c.key: c for c in m.columns if c.values == m.rows > 1}
     parts = [columns[key] for key in _PARTS if key in columns]
     whole = columns.get("mechanical_energy")
@@ -201,7 +201,7 @@ def _energy(m: ManeuverScore) -> _Energy | None:
 
 
 def _change(c: ColumnScore) -> Array:
-    """Change of the error of a column since the first row [J]."""
+    """Return the change of a column's error since the first row [J]."""
     change: Array = c.trace.error - c.trace.error[0]
     return change
 

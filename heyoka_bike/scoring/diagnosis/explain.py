@@ -132,7 +132,7 @@ def explain(
 
 
 def _left_of_equations(residual: Residual | None) -> str:
-    """The residual of the accelerations in words."""
+    """Describe the residual of the accelerations in words."""
     if residual is None:
         return "the file does not show its motion"
     shares = ", ".join(f"{name} {x:.1e}" for name, x in residual.shares.items())

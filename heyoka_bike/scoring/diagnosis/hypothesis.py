@@ -109,7 +109,7 @@ class Hypothesis:
 
     @property
     def log_odds(self) -> float:
-        """Logarithm of the odds against "none of these"."""
+        """Log odds of this hypothesis against "none of the known causes"."""
         plausible = all(is_plausible(x.name, x.value) for x in self.found)
         if not self.reaches_the_end or not self.changed or not plausible:
             return float("-inf")
@@ -153,8 +153,8 @@ class Hypothesis:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
-        # If the changed columns were much less wrong than the columns of the motion, no mistake of
-        # the output is needed to explain them.
+        # A mistake of the output explains nothing if the columns that it changes were already much
+        # less wrong than roll and steer.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:

@@ -104,7 +104,7 @@ class Run:
         return {name: np.array([x[name] / SMALL_STEP for x in found]) for name in self.errors}
 
     def _errors(self, method: FixedStep, steps: int, rows: int) -> Array:
-        """Error of the state with `steps` steps per `rows` propagation rows, at compared rows."""
+        """Return the error of the state with `steps` steps per `rows` rows, at compared rows."""
         return self._at_rows(self.carried.errors(method, steps, rows), self.carried.spacing)
 
     def _at_rows(self, errors: Array, spacing: float) -> Array:
@@ -129,7 +129,7 @@ class Run:
         return self._columns(self._at_rows(states[:, inside] - right, step))
 
     def start(self) -> tuple[Equations, Array]:
-        """Return the equations and the initial state, shape (7, 1)."""
+        """Return the equations of the exact motion and its initial state, shape (7, 1)."""
         return self.simulator.followed(self.motion, np.zeros(1))
 
     def _columns(self, errors: Array) -> Columns:
@@ -139,7 +139,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Integrated:
-    """A method whose error resembles the file's.
+    """An integration method whose error resembles the error of the file.
 
     Attributes
     ----------
@@ -194,8 +194,8 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     for fit in found:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
-        # Skip a step of which the row distance is no multiple or fraction, because no program
-        # interpolates its rows in the way assumed here.
+        # The row distance must be a multiple or a fraction of the step. Other rows would have to be
+        # interpolated, which no program does in the way assumed here.
         if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method
@@ -209,12 +209,12 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
 
 
 def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:
-    """The fits with a positive factor, best first."""
+    """Return the fits with a positive factor, best first."""
     return sorted((x for x in fits if x.factor > 0.0), key=lambda x: -x.gain)
 
 
 def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
-    """Numbers of steps and of propagation rows that take about the same time.
+    """Return a number of steps and a number of propagation rows that take about the same time.
 
     One of both numbers is 1; `step` is the length of a step [s].
     """
@@ -224,7 +224,7 @@ def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
 
 
 def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns, ...]:
-    """Errors of a method that is run from the start [SI]; empty if the run takes too long."""
+    """Return the errors of a method run from the start [SI]; empty if the run takes too long."""
     starts = [run.start() for run in runs]
     equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
     count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - TOLERANCE)
@@ -235,7 +235,7 @@ def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns,
 
 
 def _left(runs: Sequence[Run], off: Sequence[Columns]) -> float:
-    """Mean logarithm of the file's errors that remain after the method's are subtracted."""
+    """Return the mean logarithm of the file's errors after those of the method are subtracted."""
     logs = [
         log(max(rms(written - made[name]) / run.sizes[name], run.floors[name]))
         for run, made in zip(runs, off, strict=True)

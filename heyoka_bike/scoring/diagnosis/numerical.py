@@ -1,4 +1,4 @@
-"""Numerical causes: the shape of the error, if no mistake of the model explains a file."""
+"""Describe the shape of an error that no mistake of the model explains."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -33,15 +33,15 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
-# Smallest fraction of noise in an error that counts as noise, and that counts as noise of
-# iterations. With Exudyn the fraction is below 2e-4 if the tolerance of the iterations is tight,
-# and above 5e-3 if it is loose.
+# Smallest fraction of an error that counts as noise, and smallest fraction that counts as noise of
+# a solver's iterations. With Exudyn the fraction is below 2e-4 if the tolerance of the iterations
+# is tight, and above 5e-3 if it is loose.
 _LEAST_NOISE = 1e-4
 _ITERATION_NOISE = 2e-3
 # Minimum size of the correlation of the fourth differences of an error that alternates from row to
 # row. The correlation is negative between rows one apart, and positive between rows two apart.
 _ALTERNATING_PART = 0.95
-# An error counts as nothing but noise if noise is more than this fraction of it.
+# An error counts as pure noise if the noise is more than this fraction of it.
 _PART_OF_ROWS_ROUGH = 0.3
 # Number of parts of equal length of a run. The noise of the run is the median of the noise of its
 # parts.
@@ -57,7 +57,7 @@ class _Rough(NamedTuple):
 
 
 def causes(report: Report) -> tuple[Evidence, ...]:
-    """Return the numerical causes of the error; at least that it is smooth."""
+    """Return the evidence of numerical causes, or at least that the error is smooth."""
     far = [c.error > MEANINGLESS_ERROR for _, c in report.places]
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
@@ -69,8 +69,8 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     if worst < ROUNDING:
         return (ErrorOfRounding(worst),)
     single = next(single_precision(report), None)
-    # Runs in single precision have errors of 1e-5 with steps of 0.01 s, and 9e-5 with steps of
-    # 0.001 s (measured).
+    # Single precision explains only small errors: its runs have errors of 1e-5 with steps of 0.01
+    # s, and 9e-5 with steps of 0.001 s (measured).
     if single is not None and worst < TOLERANCE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
@@ -80,11 +80,13 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     # A negligible error needs no explanation by noise.
     rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
-        # When a multistep method changes its order, its error jumps even without iterations.
+        # In a right file, jumps of the error do not show loose iterations: they also occur when a
+        # multistep method changes its order.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
-        # An integrator may also cause everything that was found.
+        # An integrator could explain all evidence found so far, so also report that the error is
+        # smooth.
         found = (*found, SmoothError(missing))
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
@@ -122,13 +124,14 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         yield StepRinging(tuple(ringing))
     elif 2 * len(in_rates) > len(numbers):
         yield IterationNoise(tuple(in_rates))
-    # When a multistep method changes its order, its error jumps, but by less than `TOLERANCE`.
+    # Report noise in single columns only above `TOLERANCE`: the error of a multistep method makes
+    # smaller jumps when its order changes.
     elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
 
 def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
-    """True if both rates of a maneuver jump, much more than their angles."""
+    """True if both rates of a maneuver jump from row to row, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
         if rate is None or rate.shape.at_one >= 0 or rate.part < _ITERATION_NOISE:

@@ -29,7 +29,7 @@ TINY = 1e-16
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """Limits and priors of the diagnosis, each with its experiment behind its value.
+    """Limits and prior odds of the diagnosis, with the experiments behind their values.
 
     Logarithms are natural.
 

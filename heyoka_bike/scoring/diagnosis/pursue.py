@@ -1,9 +1,10 @@
-"""The loop of a diagnosis: each source looks once, and its fault is undone before the next looks.
+"""The loop of a diagnosis: run each row check once, and correct the rows before the next check.
 
-A fault that a source finds in the rows is reported as a cause and undone. The corrected rows are
-diagnosed like any file: by the next sources, and at last by the search among simulated motions. So
-a mistake of the model is also found in a file with, for example, a rate computed by differences.
-Faults that show only in comparison with the wrong motion are looked for at the end, see `beside`.
+A fault that a row check finds is reported as a cause and undone. The corrected rows are diagnosed
+like any file: by the next row checks, and at last by the search among simulated motions. So a
+mistake of the model is also found in a file with, for example, a rate computed by differences.
+Faults that are visible only in comparison with the wrong motion are looked for at the end, see
+`beside`.
 """
 
 from __future__ import annotations
@@ -120,8 +121,8 @@ class Pursuit:
     asks_for_edit
         False after an edit was found, see `explain`.
     answer : Answer or None
-        The end of the diagnosis, once it is reached, or the answer before faults beside a cause are
-        looked for.
+        The answer at the end of the diagnosis, or the answer so far while further faults of the
+        rows are looked for; None before.
     """
 
     root: Report
@@ -166,7 +167,7 @@ class Pursuit:
             self.answer = Answer(rest, () if is_all else (left,))
 
     def _may_be_known(self, x: Evidence, *, is_end: bool) -> bool:
-        """True if a known mistake of the output may be the reason of a fault.
+        """True if a known mistake of the output may explain a fault of the rows.
 
         A clock of one maneuver that leaves no error elsewhere is no mistake of the whole program.
         """
@@ -188,7 +189,8 @@ class Pursuit:
         if found.edit is not None:
             return found
         if unknown and found.cause is None:
-            # A mistake of the output may explain the columns with unknown definitions.
+            # A mistake in the output may explain the columns with unknown definitions, so try these
+            # mistakes, too.
             other = self.of_columns(BENCHMARK_COLUMNS, ONLY_OUTPUT)
             if any(_is_mistake(x) for x in other.seen[:1]):
                 self.explained |= unknown
@@ -205,7 +207,7 @@ class Pursuit:
         return replace(found, seen=(*found.seen, *more))
 
     def of_rows(self, parts: Sequence[Part], plan: Plan) -> Answer:
-        """Find the cause of the errors of other rows, see `of_motion`; the view stays."""
+        """Find the cause of the errors of other rows, see `of_motion`; `view` does not change."""
         before, self.view = self.view, self.scored(parts)
         try:
             return self.of_motion(plan)
@@ -213,7 +215,7 @@ class Pursuit:
             self.view = before
 
     def of_columns(self, keys: Sequence[str], plan: Plan = EVERYTHING) -> Answer:
-        """Find the cause of errors in these columns, among the causes of a plan."""
+        """Find the cause of errors in some columns by the steps of a plan."""
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
@@ -228,7 +230,7 @@ class Pursuit:
         visible = visible_faults.shown(asked)
         if visible_faults.are_departures(visible, asked):
             # A mistake of the model or of the initial conditions would be visible from the start of
-            # the run.
+            # the run, so do not search for one.
             return Answer(report, visible)
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
@@ -273,7 +275,7 @@ class Pursuit:
 def pursue(
     report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
 ) -> Answer:
-    """Find the causes of a report's errors: let each source look once, and undo what it finds.
+    """Find the causes of a report's errors: run each row check once, and undo the faults found.
 
     If the diagnosis is interrupted, the answer contains the evidence found so far.
     """
@@ -286,7 +288,7 @@ def pursue(
 
 
 def _end_of(pursuit: Pursuit) -> Answer:
-    """Let all sources look, and at last search among the motions of programs."""
+    """Run all row checks, and then search for a cause by simulating programs."""
     for source in SOURCES:
         if (undone := looked(source, pursuit.view)) is not None:
             pursuit.undo(undone)
@@ -308,14 +310,14 @@ def _end_of(pursuit: Pursuit) -> Answer:
         return end
     judged = pursuit.of_rows(beside.parts, again(causes))
     if not any(isinstance(x, Explained) for x in judged.seen):
-        # The causes do not explain the rows without these faults.
+        # The causes do not explain the corrected rows either, so discard the corrections.
         return end
     pursuit.seen += beside.seen
     return judged
 
 
 def _by_consistent_rows(pursuit: Pursuit, end: Answer) -> list[Causes]:
-    """Find causes without the rows or the rate that contradict the rest of the file."""
+    """Find causes from the rows that do not contradict each other, see `consistent_parts`."""
     motions = () if end.residual is None else end.residual.motions
     for parts in consistent_parts(pursuit.view, motions):
         if causes := causes_of(pursuit.of_rows(parts, ONLY_EQUATIONS).seen):
@@ -334,7 +336,7 @@ def _explains_all(seen: Evidence) -> bool:
 
 
 def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
-    """Evidence that the diagnosed columns are right; it names them if the file has others."""
+    """Return the evidence that columns are right; it names them if the file has others."""
     every = report.by_column()
     told = tuple(key for key in every if key in keys)
     signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
@@ -362,7 +364,7 @@ def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | N
 
 
 def _of_own_zeros(seen: Evidence, cause: Evidence | None) -> Evidence | None:
-    """Drop from evidence on conventions the zeros of energies that a cause explains.
+    """Drop the zeros of energies that a cause explains from the evidence on conventions.
 
     For example, the missing energy of a body is no other zero. Returns None if nothing is left.
     """

@@ -67,13 +67,13 @@ def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
 
 
 def _likelier(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Single mistakes, and the pairs that are likelier than each of their mistakes alone."""
+    """Return single mistakes, and the pairs that are likelier than each of their mistakes alone."""
     alone = singles_by_code(found)
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
-        # If the pair leaves an error, there is a further cause. In that case each of the two must
-        # explain clearly more than nothing.
+        # If an error remains with the pair, there is a further cause. Then the pair must reduce the
+        # error clearly more than each of its mistakes alone.
         least = 1.0 if h.is_exhaustive or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > THRESHOLDS.report_log_odds and h.gain > least * one.gain

@@ -98,12 +98,12 @@ class Search:
 
     @cached_property
     def by_equations(self) -> tuple[list[Causes], list[Causes]]:
-        """Mistakes that agree with the equations, and mistakes that these hardly show."""
+        """Mistakes that the residual suggests, and mistakes that it does not exclude."""
         return ([], []) if self.residual is None else _of_equations(self.residual)
 
     @property
     def is_over(self) -> bool:
-        """True if no single cause that is tried later could replace one that was found."""
+        """True if one of the causes found is good enough to end the search for single causes."""
         return any(ends_search(h, self.residual) for h in (*self.found, *self.starts))
 
     @property
@@ -148,17 +148,17 @@ class Search:
             progress((i + 1) / len(steps))
 
     def _in_words(self, before: int) -> str:
-        """Number of causes tried since there were `before`, and the likeliest cause so far."""
+        """Describe how many causes a step tried, and the likeliest cause so far."""
         return f"{self.file.tried - before} tried; {step_log.in_words(self.best)}"
 
 
 def _is_open(search: Search) -> bool:
-    """True if a single cause may still be found."""
+    """True if no cause found so far ends the search for single causes."""
     return not search.is_over
 
 
 def _goes_on(search: Search) -> bool:
-    """True if a single cause may still be found, and whole runs are worth their time."""
+    """True if the search for single causes goes on, and whole runs are worth their time."""
     return _is_open(search) and not search.ends_early
 
 
@@ -190,7 +190,7 @@ def _by_equations(search: Search) -> Iterator[Hypothesis]:
 def _beside_known(
     file: FileUnderTest, residual: Residual, best: Hypothesis
 ) -> Iterator[Hypothesis]:
-    """Judge values that reduce the residual as much as a known mistake that leaves some error.
+    """Judge parameters that reduce the residual as much as a known mistake that leaves an error.
 
     Whole runs show which of them is the cause. For example, an axial inertia as small as the
     diametral one has nearly the effect of a missing gyroscopic moment.
@@ -218,7 +218,7 @@ def _only_written(search: Search) -> Iterable[Hypothesis]:
 
 
 def _proposed(file: FileUnderTest, proposed: Sequence[Causes]) -> Iterator[Hypothesis]:
-    """Judge some causes as they are, and with values fitted to the rows."""
+    """Judge given causes with their values, and with the values fitted to the rows again."""
     yield from file.judged(proposed)
     for causes in proposed:
         values = [m for m in causes if m.found]
@@ -227,7 +227,7 @@ def _proposed(file: FileUnderTest, proposed: Sequence[Causes]) -> Iterator[Hypot
 
 
 def _written(file: FileUnderTest) -> list[Mistake]:
-    """Mistakes of the output of a correct program."""
+    """Return the possible mistakes in the output of a correct program."""
     return [*file.of_kind("output"), *file.order_beside(file.right)]
 
 
@@ -247,7 +247,7 @@ def _equations_are_not_enough(search: Search) -> bool:
     # If no cause explains a force that the equations show, no value fitted to whole runs explains
     # it.
     is_seen = seen.visibility is not Visibility.NOTHING
-    return is_seen and not (seen.is_open or _tells_all(seen))
+    return is_seen and not (seen.is_open or _determines_all(seen))
 
 
 def _asks_whole_runs(search: Search) -> bool:
@@ -255,7 +255,7 @@ def _asks_whole_runs(search: Search) -> bool:
 
 
 def _shows_another_start(search: Search) -> bool:
-    """True if the motion satisfies the equations, but from other initial conditions."""
+    """True if the motion satisfies the equations, but starts from other initial conditions."""
     seen = search.residual
     if seen is None or seen.visibility < Visibility.EQUATIONS_PARTLY or search.is_over:
         return False
@@ -271,13 +271,13 @@ def _may_be_another_start(search: Search) -> bool:
     return not any(explains_mostly(c[0], seen) for c in best)
 
 
-def _tells_all(residual: Residual) -> bool:
-    """True if the equations show every value, including those that mainly change the speed."""
+def _determines_all(residual: Residual) -> bool:
+    """True if the equations determine all parameters, also those that mainly affect the speed."""
     return residual.visibility >= Visibility.EQUATIONS_PARTLY and residual.equations == EQUATIONS
 
 
 def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
-    """Mistakes that agree with the equations, and mistakes that these hardly show.
+    """Return mistakes that the residual suggests, and mistakes that it does not exclude.
 
     The second list is for whole runs, which show more than noisy or few rows do.
     """
@@ -314,8 +314,8 @@ def _values(file: FileUnderTest, residual: Residual) -> Iterator[Hypothesis]:
         # be useless.
         yield from file.judged(h.mistakes for h in likely)
         return
-    # Simulations of whole runs also show a small value in addition to a large one, and wrong
-    # initial conditions.
+    # Simulations of whole runs also show a small error of a second parameter, and wrong initial
+    # conditions, so fit all of these.
     names = [*PARAMETERS, *_names_of_starts(file)]
     if likely:
         yield from _fitted(file, names, [h.mistakes[0] for h in likely])
@@ -367,7 +367,7 @@ def _fitted(
     return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
         names,
         lambda m: file.judged([(m,)]),
-        # If several values are fitted, each of them must reduce the error by the factor `BY_FAR`.
+        # Fit no further values once the error is negligible or smaller by the factor `BY_FAR**2`.
         lambda h: h.is_exhaustive or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
         counts=counts,
@@ -375,7 +375,7 @@ def _fitted(
 
 
 def _starts(file: FileUnderTest) -> list[Mistake]:
-    """Possible mistakes of the initial conditions; all of them if the file does not show these."""
+    """Return possible mistakes of the initial conditions; all if the file does not show these."""
     every = len(file.right.expected)
     seen = file.residual
     if seen is None or sum(m.has_beginning for m in seen.motions) < every:
@@ -384,7 +384,7 @@ def _starts(file: FileUnderTest) -> list[Mistake]:
 
 
 def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
-    """Pairs of mistakes that are worth a simulation.
+    """Return the pairs of mistakes that are worth a simulation.
 
     The best single mistakes are paired with mistakes of the output, and the very best also with
     mistakes of the initial conditions. If the equations do not show the mistakes of the model,
@@ -417,7 +417,7 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
 
 
 def _with_others(first: Cause, others: Iterable[Cause]) -> list[Causes]:
-    """Pairs of a mistake with others, of which only one may be of the initial conditions."""
+    """Return pairs of a mistake with others; at most one of a pair is of the initial conditions."""
     kinds = {"start"}
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
@@ -445,7 +445,7 @@ def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
 
 
 def _clock(residual: Residual | None) -> list[OtherScale]:
-    """Scales of the times that explain the residual of the equations."""
+    """Return the scales of the times that explain the residual of the equations."""
     scales = [m.step for m in (residual.methods if residual else ()) if m.says == CLOCK]
     return [
         fitted_scale(

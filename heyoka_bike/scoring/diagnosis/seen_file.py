@@ -92,14 +92,15 @@ class _SeenPart:
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Return the columns that a program writes for a simulated motion."""
         if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
-            # Programs define the energy that such a force stores in different ways.
+            # The columns with potential energy are not compared: programs define the energy that
+            # such a force stores in different ways.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         columns = program.written(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
 
     def motion(self, program: Program, rows: Array) -> MotionRequest:
-        """Return the motion of a program at the times of some rows [s]."""
+        """Return the request for the motion of a program at the times of some rows [s]."""
         return requested(program, self.part.number, program.clock(rows, self.step))
 
 
@@ -205,7 +206,7 @@ class FileUnderTest:
         return [h.mistakes for h in kept]
 
     def _first_errors(self) -> float:
-        """Time at which all maneuvers with a visible error have begun to show it [s].
+        """Return the time at which all maneuvers with a visible error have begun to show it [s].
 
         Visible: far above the digits. If no maneuver shows its error, the end of the file.
         """
@@ -255,7 +256,7 @@ class FileUnderTest:
 
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
-        # These are the factors that `claims.explains` requires.
+        # `claims.explains` requires these factors, so values that cannot reach them are not fitted.
         needed = THRESHOLDS.explained_factor if shows_equations(self.residual) else BY_FAR
         return Fits(
             self.program, leaves, floors, len(parts), THRESHOLDS.run_exponent, split, needed
@@ -272,7 +273,7 @@ class FileUnderTest:
         return max(self.right.after.values(), default=0.0) > TOLERANCE
 
     def edited(self) -> ColumnRatio | None:
-        """Find an offset or a ratio of a column that explains the residual together with one value.
+        """Find an offset or a ratio of a column that, with one parameter, explains the residual.
 
         Raises
         ------
@@ -284,7 +285,7 @@ class FileUnderTest:
             return edit_beside_a_value(parts, self.right.understood, self.program, self._deadline)
 
     def by_integrators(self) -> Iterator[Hypothesis]:
-        """Yield methods of integration whose error is the file's error, see `integrated`.
+        """Yield integration methods whose error resembles the file's error, see `integrated`.
 
         It yields nothing if the rows are not evenly spaced.
 
@@ -308,7 +309,7 @@ class FileUnderTest:
             self.tried += 1
 
     def _integrated(self, p: _SeenPart, right: Columns) -> Run:
-        """A maneuver and the errors of its columns, for the comparison with integrators."""
+        """Return a maneuver with the errors of its columns, for the comparison with integrators."""
         understood = self.right.understood
         names = {key: understood[key].column.name for key in p.of_motion}
         return Run(
@@ -357,7 +358,7 @@ class FileUnderTest:
         }
 
     def log_odds(self, one: Hypothesis, other: Hypothesis) -> float:
-        """Return the log odds of one hypothesis against another, from columns that differ."""
+        """Return the log odds of one hypothesis against another, from the columns that differ."""
         places = [
             k
             for k in one.after
@@ -392,7 +393,7 @@ class FileUnderTest:
         return tuple(sorted(found, key=lambda c: c.maneuver))
 
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
-        """Evaluate the equations along the motion, by the best interpretation of the columns."""
+        """Evaluate the equations along the motion, under the best interpretation of the columns."""
         best: Residual | None = None
         tried: list[Understandings] = []
         taken: Understandings = {}
@@ -407,7 +408,7 @@ class FileUnderTest:
                 continue
             tried.append(understood)
             made = self._put_in(understood, library)
-            # An interpretation is dropped if its rates contradict its angles.
+            # Prefer an interpretation in which the rates agree with the angles.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
                 is_enough = not self._is_wrong or best.is_explained
@@ -433,7 +434,7 @@ class FileUnderTest:
         causes: tuple[Cause, ...] = (),
         converged: float = CONVERGED,
     ) -> Residual | None:
-        """Residual of the equations by one interpretation; None if the file shows no motion.
+        """Return the residual under one interpretation of the file; None if it shows no motion.
 
         Columns with other definitions are converted to the default ones with the lengths of the
         program with these causes, iterating until changes are below `converged` [SI].
@@ -448,10 +449,11 @@ class FileUnderTest:
     def _by_other_definitions(
         self, understood: Understandings, library: Sequence[Mistake]
     ) -> Residual | None:
-        """The residual by other definitions of roll and speed, if a cause then explains all of it.
+        """Return the residual with other definitions of roll and speed, or None.
 
-        An error of the motion hides which definitions the file uses. So choose those by which a
-        single unknown, to first order, explains most of the residual.
+        An error of the motion hides which definitions the file uses. So choose those under which a
+        single unknown, to first order, explains most of the residual. None if no cause explains all
+        of it.
         """
         taken, most = understood, self._promise(understood)
         for keys in (("roll_angle", "roll_rate"), ("forward_speed",)):
@@ -470,7 +472,7 @@ class FileUnderTest:
         return None
 
     def _promise(self, understood: Understandings) -> float:
-        """Rank of an interpretation, see `Residual.promise`; zero if it shows no motion."""
+        """Return the rank of an interpretation, see `Residual.promise`; 0 if it has no motion."""
         found = self._put_in(understood, converged=RIGHT)
         return found.promise if found is not None and found.visibility else 0.0
 
@@ -499,7 +501,7 @@ class FileUnderTest:
         return ([next(each) for _ in self._parts] for _ in programs)
 
     def _before(self, expected: Expected) -> Mapping[Place, float]:
-        """Typical errors of the correct program, over the rows that another program reaches."""
+        """Return the correct program's typical errors in the rows that another program reaches."""
         finite = [np.isfinite(e["roll_angle"]) for e in expected]
         if all(good.all() for good in finite):
             return self.right.after
@@ -511,7 +513,7 @@ class FileUnderTest:
         )[1]
 
     def _reaches_the_end(self, expected: Expected) -> bool:
-        """True if the motion goes about as far as the rows of the file do."""
+        """True if the motion covers at least half of the rows of each maneuver."""
         for p, columns in zip(self._parts, expected, strict=True):
             there = np.any([np.isfinite(v[p.compared]) for v in p.part.values.values()], axis=0)
             reached = np.isfinite(columns["roll_angle"][there])
@@ -528,7 +530,7 @@ class FileUnderTest:
         return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDING * scale)
 
     def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
-        """The definitions that fit best, and the typical errors relative to each column's scale.
+        """Return the definitions that fit best, and the typical errors in scales of the columns.
 
         All errors are in the unit of the correct program, so a larger unit makes no error smaller.
         """
@@ -548,7 +550,7 @@ class FileUnderTest:
 
 
 def _clearer(residual: Residual) -> tuple[bool, float]:
-    """Sort key of a residual: greater if its interpretation of the columns is better."""
+    """Return a sort key of a residual: greater if its interpretation of the columns is better."""
     return bool(residual.visibility), residual.promise
 
 

@@ -1,6 +1,6 @@
-"""The looks at the rows that a diagnosis takes before it simulates anything, in their order.
+"""The row checks that a diagnosis runs before it simulates anything, in this order.
 
-To add one, write a function in a module of `scoring.rows` that returns the evidence and the
+To add a row check, write a function in a module of `scoring.rows` that returns the evidence and the
 corrected rows. Add a line here, and the class of its evidence in `scoring.evidence`.
 """
 
@@ -31,14 +31,14 @@ from heyoka_bike.scoring.rows.wrong_times import (
 
 @dataclass(frozen=True, slots=True)
 class Source(Step):
-    """A step of the diagnosis that looks for one kind of fault in the rows.
+    """A step of the diagnosis that runs one row check.
 
     Attributes
     ----------
     look : RowCheck
     is_of_motion
-        True if the look compares the rows with the exact motion. If the file has another motion,
-        it is asked again with that motion in its place.
+        True if the check compares the rows with the exact motion. If the motion in the file is
+        wrong, the check is repeated with the simulated motion of the cause instead.
     """
 
     look: RowCheck
@@ -88,7 +88,7 @@ SOURCES = (
 
 
 def looked(source: Source, report: Report) -> Undone | None:
-    """Let a source look at a report, and log what it finds."""
+    """Run a row check on a report, and log what it finds."""
     with logged(source) as log:
         undone = source.look(report)
         if undone is not None:

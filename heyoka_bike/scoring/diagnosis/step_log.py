@@ -55,7 +55,7 @@ def logged(step: Step) -> Iterator[StepLog]:
 
 
 def in_words(h: Hypothesis | None) -> str:
-    """Return the likeliest cause, its odds, and the largest error that it leaves, in scales."""
+    """Describe the likeliest cause, its odds, and the largest error that it leaves, in scales."""
     if h is None:
         return "no likely cause"
     left, where = max(((x, place) for place, x in h.after.items()), default=(0.0, (0, "")))

@@ -41,9 +41,9 @@ from heyoka_bike.scoring.units import unit_told_by
 # Rows count as interpolated if more than this fraction of them lie between rows that are right, in
 # all but one of this many parts of the run.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
-# Largest distance between two successive right rows [rows].
+# Largest distance of two right rows between which other rows may be interpolated [rows].
 _MOST_BETWEEN = 200
-# The growth of an error that begins at the start of the run is at most this power of the time.
+# An error that begins at the start of the run grows at most with this power of time.
 _LARGEST_POWER = 20.0
 # Lean of a bicycle that lies on the floor [rad].
 _LEAN_OF_LYING = np.pi / 2
@@ -114,7 +114,7 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
 
 
 def _rows_between(m: ManeuverScore) -> RowsBetween | None:
-    """How the rows of a maneuver are interpolated between fewer rows; None if they are not."""
+    """Describe how a maneuver's rows are interpolated between fewer rows; None if they are not."""
     lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
     for order in (1, 2):
         shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
@@ -147,7 +147,7 @@ def _right_rows(c: ColumnScore) -> int:
 
 
 def _flat(c: ColumnScore, order: int) -> float:
-    """Share of rows where a column is constant (order 1) or straight (order 2), wrongly.
+    """Return the fraction of rows where a column is wrongly constant (order 1) or straight (2).
 
     Only rows count in which the exact motion changes, or curves, and only until the last change of
     the column. The share is the second smallest of the parts of the run.
@@ -161,12 +161,12 @@ def _flat(c: ColumnScore, order: int) -> float:
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
             for x in (c.trace.value[rows], c.trace.reference[rows])
         )
-    # A column whose values are set to zero does not repeat its rows.
+    # Rows that are set to zero do not count as repeated.
     is_zero = (c.trace.value[rows] == 0.0)[order:]
     moves = (right > CLEARLY * tiny) & ~is_zero
-    # In a column of few digits many differences are equal. Elsewhere the differences vary in size.
     if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
         return 0.0
+    # In a column of few digits many differences are equal, so they do not show repeated rows.
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
@@ -203,7 +203,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
 def _departs(
     m: ManeuverScore, columns: Sequence[ColumnScore], keys: tuple[str, ...] = ()
 ) -> Departs | None:
-    """How columns of a maneuver depart from the exact ones, or None; `keys` go to the evidence."""
+    """Find where columns depart from the exact ones, or None; `keys` go to the evidence."""
     if not columns:
         return None
     error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
@@ -213,7 +213,9 @@ def _departs(
     if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
-    # With a variable step, the error may differ by this factor from one step to the next.
+    # If rows lie between the last right and the first far one, the former must be right to rounding
+    # and the error large: with a variable step, the error may grow by the factor `BY_FAR` within
+    # one step.
     is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
@@ -236,7 +238,7 @@ def _departs(
 def _shift_from(
     m: ManeuverScore, columns: Sequence[ColumnScore], first: int
 ) -> tuple[float, float]:
-    """Time by which the rows from `first` on are ahead [s], and the factor by which errors fall."""
+    """Fit a time shift [s] to the rows from `first` on; return it and the relief of errors."""
     there = AtOtherTimes(m, columns, slice(first, None))
     clock = fitted_clock([there], (1,))
     if clock is None:
@@ -248,7 +250,7 @@ def _shift_from(
 
 
 def _departure(off: Array, time: Array) -> tuple[int, int] | None:
-    """The last right row, and the first row with an error 100 times larger.
+    """Return the last right row, and the first row with an error 100 times larger.
 
     None if the error grows no faster than an error that begins at the start.
     """
@@ -321,7 +323,7 @@ def columns_apart(report: Report) -> ColumnsApart | None:
 
 
 def _whole_error(c: ColumnScore) -> float:
-    """Root mean square of the error relative to that of the column: a few bad rows count."""
+    """Return the RMS error relative to the RMS of the column, so that a few bad rows count."""
     return rms(c.trace.error) / (rms(c.trace.reference) or 1.0)
 
 
@@ -368,7 +370,7 @@ def _isolated_wrong_columns(
     """
     worst = max(c.error for c in columns.values())
     unit = next(iter(columns.values())).unit
-    # The number that a column repeats in every row of maneuvers in which the exact values vary.
+    # The constant values of a column, for maneuvers in which the exact values vary.
     held = [float(c.trace.value[0]) for c in columns.values()
             if not np.ptp(c.trace.value) and np.ptp(c.trace.reference)]  # fmt: skip
     fit = scaled([*columns.values()])

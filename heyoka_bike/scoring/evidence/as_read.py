@@ -46,8 +46,8 @@ class NotCompared(Evidence):
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # A quantity without a compared column is already missing from the number of compared
-        # columns.
+        # Do not list a column whose quantity has no compared column: it is already missing from the
+        # number of compared columns.
         return (x for x in self.columns if x.key is None or x.key in compared)
 
     def _finding(self) -> Finding:
@@ -271,7 +271,7 @@ class Transposed(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesAsDecimals(Evidence):
-    """Binary times that are within rounding of decimal numbers were read as these.
+    """Binary times that are within rounding of decimal numbers were read as the decimal numbers.
 
     Attributes
     ----------

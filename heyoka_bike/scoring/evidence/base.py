@@ -21,7 +21,7 @@ column has no value there."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """Base of all evidence.
+    """Base class of all evidence.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Evidence:
         return {}
 
     def finding(self) -> Finding:
-        """Return the code, the sentence and the numbers; `file` precedes the sentence."""
+        """Return the code, the sentence and the numbers; the name of `file` begins the sentence."""
         found = self._finding()
         if not self.file:
             return found

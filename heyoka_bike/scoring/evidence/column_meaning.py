@@ -236,7 +236,7 @@ class OtherUnit(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherZero(Convention):
-    """The values of a column exceed the exact values by a constant [SI unit]: another zero."""
+    """A column has another zero: its values exceed the exact values by a constant [SI unit]."""
 
     offset: float
 
@@ -296,7 +296,7 @@ class SignContradiction(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SensesOpposed(Evidence):
-    """Roll is positive to the left but steer to the right, which only a few sets of axes give."""
+    """Roll is positive to the left but steer to the right, as in only a few sets of axes."""
 
     keys: tuple[str, ...]
 

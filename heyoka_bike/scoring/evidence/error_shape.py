@@ -460,7 +460,7 @@ class SinglePrecisionBeside(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class FallsOver(Evidence):
-    """The bicycle falls over, although the exact one does not.
+    """The bicycle falls over, although it does not in the exact motion.
 
     Attributes
     ----------

@@ -156,7 +156,7 @@ class RateOfDifferences(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class Mirrored(Evidence):
-    """Maneuvers are the exact motion to the other side, after the opposite initial roll rate.
+    """Maneuvers are mirrored: the exact motion after a start with the opposite roll rate.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ class RateOfOtherRow(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherClock(Evidence):
-    """The rows are correct at times other than those written.
+    """Rows are correct at times that differ from the written ones by a scale and a shift.
 
     Attributes
     ----------
@@ -270,7 +270,7 @@ class OtherClock(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesAddedUp(Evidence):
-    """The rows are correct at multiples of a step, but the written times drift away from these.
+    """The rows are correct at multiples of a step, but the written times drift from the multiples.
 
     Attributes
     ----------
@@ -384,7 +384,7 @@ class OtherColumn(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class MisplacedManeuver(Evidence):
-    """The columns of a maneuver hold the values of another maneuver.
+    """The columns of a maneuver contain the values of another maneuver.
 
     Attributes
     ----------
@@ -481,7 +481,7 @@ class ClippedColumn(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergyOfOtherMotion(Evidence):
-    """An energy differs from that of the motion in the file.
+    """An energy differs from the energy of the motion in the file.
 
     Attributes
     ----------
@@ -616,7 +616,7 @@ class RowsRepeated(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsBetween(Evidence):
-    """Rows were interpolated between others, or repeat the row before.
+    """Rows were interpolated between other rows, or repeat the row before.
 
     Attributes
     ----------
@@ -669,7 +669,7 @@ def _ordinal(count: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Departs(Evidence):
-    """A motion is right up to some row, and soon after it the error is 100 times larger.
+    """A motion is right up to some row, and soon after this row its error is 100 times larger.
 
     Attributes
     ----------

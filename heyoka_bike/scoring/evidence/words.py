@@ -11,7 +11,7 @@ KEYS_NAMED = 6
 """Maximum number of columns that a sentence on conventions or on constant errors lists."""
 
 
-# One unit divided by another one.
+# A unit divided by another unit, such as ``m s-1``.
 _ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
 
 

@@ -1,12 +1,12 @@
-"""Faults of single columns that the rows themselves show, without simulating any program.
+"""Find faults of single columns that the rows themselves show, without simulating any program.
 
-The question: is a column a simple function of the exact values, or of another column of the file?
-A column may be clipped, multiplied by a constant, smoothed, or exchanged with another one. The
-modules beside this one look for coarse grids (`grids`), rates that are differences of their angles
-(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each look
-takes milliseconds, so these looks precede all simulations.
+The checks find columns that are a simple function of the exact values, or of another column of the
+file: clipped, multiplied by a constant, smoothed, or exchanged with another column. The modules
+beside this one look for coarse grids (`grids`), rates that are differences of their angles
+(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each of these
+row checks takes milliseconds, so they precede all simulations.
 
-Each look returns its evidence, and the corrected rows: with the fault undone, a useless column
+A row check returns its evidence, and the corrected rows: with the fault undone, a useless column
 removed, or the digits replaced with a grid. The corrected rows are then diagnosed like any file. So
 the fault is reported as a cause, and the error that it does not explain is reported separately.
 """
@@ -43,7 +43,7 @@ from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, pl
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-# Largest fraction of a column's rows that are reported as single odd rows.
+# If more than this fraction of a column's rows are odd, they are not reported as single rows.
 _MOST_SINGLE = 0.2
 # Number of rows on each side that a single odd row is compared with. Wrong times of every third row
 # make errors that are 3 times those two rows further on.
@@ -88,7 +88,7 @@ def deviating_columns(report: Report) -> Undone | None:
     For each column the deviation that explains its error best is undone.
     """
     found: dict[tuple[int, str], _Deviation] = {}
-    # The values of columns that belong to a different maneuver are not a function of the exact
+    # Skip columns with the values of a different maneuver: these are not a function of the exact
     # values.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
@@ -190,7 +190,7 @@ def _without_exchanged_everywhere(
 
 
 def _is_beside_right(report: Report, found: _Deviations) -> bool:
-    """True if all other columns of these maneuvers are right to three digits, and far better."""
+    """True if the columns without deviations are right to three digits, and far better."""
     for m in report.maneuvers:
         errors = {c.key: c.error for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
@@ -201,12 +201,12 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
 
 
 def _is_far_better(error: float, wrong: float) -> bool:
-    """True if an error [scales] is invisible, and by `CLEARLY` times smaller than a wrong one."""
+    """True if an error (in scales) is invisible, and far smaller than that of a wrong column."""
     return error <= min(TOLERANCE, wrong / CLEARLY)
 
 
 def _corrected(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
-    """The column without a deviation, in the unit and with the sign of the file."""
+    """Return the column without a deviation, in the unit and with the sign of the file."""
     written = m.part.values[c.key]
     meant = np.array(written)
     meant[np.isfinite(written)] -= deviation.values / _to_si(c)
@@ -214,12 +214,12 @@ def _corrected(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array
 
 
 def _to_si(c: ColumnScore) -> float:
-    """The factor from written values to SI units, negative if the sign is flipped."""
+    """Return the factor from written values to SI units, negative if the sign is flipped."""
     return c.as_understood.sign * factor(c.as_understood.unit)[0]
 
 
 def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | None:
-    """The exact values of another column with the same unit, or of another maneuver.
+    """Describe a column as the exact values of another column of its unit, or of another maneuver.
 
     Only default definitions are compared. Otherwise the parts of a constant sum, such as potential
     and kinetic energy, would be functions of each other.
@@ -245,13 +245,13 @@ def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | N
 
 
 def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """The exact values without their signs."""
+    """Describe a column as the exact values without their signs."""
     right = c.trace.reference
     return _Deviation("unsigned", np.abs(right) - right, ()) if np.min(right) < 0.0 else None
 
 
 def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """The exact values times a factor, plus an offset; as few of the two as explain the error."""
+    """Describe a column as the exact values with a factor or an offset, or with both."""
     fit = scaled([c])
     if fit is None:
         return None
@@ -260,7 +260,7 @@ def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
 
 
 def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """The exact values, clipped at the smallest and the largest value of the column."""
+    """Describe a column as the exact values clipped at its own smallest and largest value."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
     least = c.hidden
@@ -269,13 +269,13 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
         high if np.max(right) > high + least else np.inf,
     ]
     clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
-    # Rows at a bound contain no more information about the motion than the bound.
+    # The exact values replace the rows at a bound, because the bound hides the motion there.
     deviation = np.where(clipped == right, 0.0, clipped - right)
     return _Deviation("clipped", deviation, tuple(bounds))
 
 
 def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
-    """A moving average of the exact values over an odd number of evenly spaced rows.
+    """Describe a column as a moving average of the exact values over evenly spaced rows.
 
     All definitions of the column are tried. The deviation is NaN at both ends.
     """
@@ -286,7 +286,8 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     right = np.array([*m.part.reference.approximate(time, names).values()])
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
-    # An average lacks up to a tenth of the rows at each end, so enough rows remain.
+    # An average has no value in the first and the last rows. Try averages that lose at most a tenth
+    # of the rows at each end.
     for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
@@ -342,7 +343,7 @@ def single_rows(report: Report) -> Undone | None:
 
 
 def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
-    """Indices of rows with an error far larger than in most rows."""
+    """Return the indices of rows with an error far larger than in most rows."""
     error = np.abs(c.trace.error)
     usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
     return np.flatnonzero(error > BY_FAR * max(usual, floor_of(c)))
@@ -391,7 +392,8 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
     if not is_single or is_turned or far[-1] == m.rows - 1:
         return None
-    # A wrong motion also has far larger errors where it changes fast, but there in many rows.
+    # A wrong motion also has far larger errors where it changes fast, but there in many rows. So
+    # compare each far row with the rows around it.
     others = error.copy()
     others[far] = 0.0
     near = (others[max(row - _ROWS_AROUND, 0) : row + _ROWS_AROUND + 1] for row in far)
@@ -424,11 +426,11 @@ def bounded(report: Report) -> Undone | None:
 
 
 def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
-    """Lower and upper bound at which a column stays, infinite if there is none; None without both.
+    """Return the lower and the upper bound at which a column stays; None if it stays at neither.
 
-    A column stays at a bound for several rows, and comes to it and leaves it by steps far above its
-    digits. It stays at no other value, and most of its rows are between the bounds, with many
-    different values.
+    If the column stays at only one bound, the other is infinite. A column stays at a bound for
+    several rows, and comes to it and leaves it by steps far above its digits. It stays at no other
+    value, and most of its rows are between the bounds, with many different values.
     """
     value = c.trace.value
     least = CLEARLY * floor_of(c)
@@ -453,7 +455,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
 
 
 def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
-    """Make the evidence of deviations; deviations of one kind and size share one."""
+    """Make the evidence of deviations, one for all deviations of the same kind and size."""
     exchanged = _other_maneuvers(report, found)
     yield from (MisplacedManeuver(n, of) for n, of in exchanged.items())
     found = {place: d for place, d in found.items() if place[0] not in exchanged}
@@ -484,7 +486,7 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
 
 
 def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:
-    """Return the maneuvers all of whose wrong columns hold those of one other maneuver, by number.
+    """Find maneuvers whose wrong columns all contain the values of one other maneuver.
 
     A single column may have been written to the wrong place, so at least half of the columns must.
     """
@@ -509,7 +511,7 @@ def _finite(x: float) -> float | None:
 
 
 def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
-    """The unit that has this factor relative to the unit of a column; None if there is none."""
+    """Return the unit that is larger than a column's unit by this factor; None if there is none."""
     if more:
         return None
     _, c = report.by_column()[key][0]
@@ -542,7 +544,7 @@ def numbers_of_another_maneuver(report: Report) -> Undone | None:
     ]
     if not found:
         return None
-    # A maneuver may have columns of several others.
+    # One maneuver may contain columns of several other maneuvers.
     keys = grouped((x.maneuver, key) for x in found for key in x.keys)
     parts = (
         m.part.only(m.part.values.keys() - {*keys.get(m.maneuver, [])}) for m in report.maneuvers

@@ -60,7 +60,7 @@ class Edit:
         return time
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns that the program writes instead of these."""
+        """Return the columns that the program writes instead of the given columns."""
         return columns
 
 
@@ -93,7 +93,7 @@ class Clock(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Rewritten(Edit):
-    """A change of the way in which some columns are computed.
+    """An edit of the way in which some columns are computed.
 
     Attributes
     ----------
@@ -139,12 +139,12 @@ class Reversed(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Mirrored(Edit):
-    """The opposite sign in all columns of roll and steer."""
+    """An edit that flips the sign of all columns of roll and steer."""
 
     stage = Stage.SINGLE
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns with the signs of the motion to the other side."""
+        """Return the columns with the signs of roll and steer flipped."""
         names = {c.name for key in LATERAL for c in DEFINITIONS[key]}
         return {name: -x if name in names else x for name, x in columns.items()}
 
@@ -159,7 +159,7 @@ class Mirrored(Edit):
 
 @dataclass(frozen=True, slots=True)
 class Exchanged(Edit):
-    """A permutation of columns.
+    """An edit that permutes columns.
 
     Attributes
     ----------

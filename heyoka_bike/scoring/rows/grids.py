@@ -1,4 +1,4 @@
-"""Columns whose values are coarser than their digits: numbers of few bits, or on a grid."""
+"""Find columns whose values are coarser than their digits: short floats, or multiples of a step."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _FEWEST_LEVELS = 5
 # Significant bits of half-precision and single-precision numbers; half precision is tried first.
 _HALF, _SINGLE = 11, 24
 _BITS = (_HALF, _SINGLE)
-# Largest deviation from a number with few significant bits, in units of half its last digit: 1 for
-# rounding, and a little for the roundoff of reading.
+# Largest distance of a written value from the nearest number with few bits, in halves of the last
+# digit written: 1 for rounding, and a little more for the roundoff of reading.
 _ROUNDED = 1.01
-# Number of the smallest distances between values from which the step is found. In small distances
-# the error of the step is multiplied least.
+# The step is found from this many of the smallest distances between values. In small distances the
+# error of the step is multiplied least.
 _DISTANCES = 100
 
 
@@ -57,7 +57,7 @@ def few_bits(report: Report) -> Undone | None:
 
 
 def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
-    """Bits of a column's values by `bits_of`, or by its known quantum; None for more bits."""
+    """Return the bits of a column's values by `bits_of` or its quantum; None for more bits."""
     found = bits_of(m.part.values[c.key], m.part.quantum.get(c.key))
     return found or (_SINGLE if _has_few_bits(m, c) else None)
 
@@ -71,7 +71,7 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
     """
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
-    # np.unique would import masked arrays.
+    # Use a set, because np.unique would import the module of masked arrays.
     if len(set(values.tolist())) < MIN_ROWS_FOR_SHAPE:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
@@ -112,8 +112,8 @@ def coarse_grids(report: Report) -> Undone | None:
     )
     of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in report}
     if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # The other columns are right and far more accurate, so the columns of multiples add no
-        # information.
+        # The other columns are right and far more accurate. So the columns of multiples add no
+        # information and are left out.
         on_grid = {key for _, key in steps}
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
@@ -136,7 +136,7 @@ def _matters(c: ColumnScore, step: float) -> bool:
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
-    """Step of which all levels are multiples, by place, for columns with such a step.
+    """Find for each column, by place, the step of which all its values are multiples.
 
     If a column has too few levels in one maneuver, the step is found from its other maneuvers, or
     from its levels in all maneuvers together.
@@ -161,7 +161,7 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
 
 
 def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
-    """The different values of a column as written, and half of its last digit."""
+    """Return the different values of a column as written, and half of the last digit."""
     quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
     # The first row contains the given initial conditions, so it may be exact where the rest of the
     # column is measured in steps.
@@ -185,7 +185,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 
 
 def step_of(levels: Array, least: float) -> float | None:
-    """Find the step of which all levels are multiples; None if there is none."""
+    """Find the step of which all levels (different values) are multiples; None without one."""
     apart = np.diff(levels)
     apart = apart[apart > MAX_ROUNDING_FLOORS * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):

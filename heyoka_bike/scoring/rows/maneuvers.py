@@ -1,4 +1,4 @@
-"""Faults in all columns of a maneuver: reversed, at rest from some row on, or mirrored."""
+"""Find faults in all columns of a maneuver: reversed, at rest from some row on, or mirrored."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from heyoka_bike.scoring.units import factor
 
 
 def stopped(report: Report) -> Undone | None:
-    """Look for maneuvers whose last rows repeat one row in all columns; keep only the first."""
+    """Look for maneuvers that end with copies of one row in all columns; keep the first copy."""
     ended = {x.maneuver: x for x in standing_still(report.maneuvers) if x.are_all}
     if not ended:
         return None
@@ -89,8 +89,8 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
-        # If a column has few digits, a motion that decays also seems to rest for a while before it
-        # continues.
+        # With few digits, a decaying motion also repeats a value for some rows before it changes
+        # again. So the rest at the end must be longer than any earlier one by the factor `AS_GOOD`.
         others = [
             c for c in whole
             if still[c.key] < max(MIN_ROWS_FOR_SHAPE, AS_GOOD * _still_before(c))
@@ -106,12 +106,12 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
 
 
 def _still_before(c: ColumnScore) -> int:
-    """Largest number of consecutive equal rows before the last change of the column."""
+    """Return the largest number of consecutive equal rows before the column's last change."""
     return int(np.max(np.diff(np.flatnonzero(np.diff(c.trace.value))), initial=0))
 
 
 def last_step(c: ColumnScore) -> int:
-    """Index of the last row that differs from the row before; 0 if there is none."""
+    """Return the index of the last row that differs from the row before; 0 if there is none."""
     return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
 
 

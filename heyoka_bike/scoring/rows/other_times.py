@@ -1,4 +1,4 @@
-"""Comparison of columns with the reference at times other than those written."""
+"""Compare columns with the reference at times other than those written."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 # run. A larger change or shift is found when the file is read, or looks like a different motion.
 _LARGEST = 0.2
 # Number of times in the run, evenly spaced, at which the motion is compared with each row. The
-# fastest motion of the benchmark decays in a twentieth of a second, five of these times.
+# fastest motion of the benchmark decays in a twentieth of a second, which is five of these times.
 _TIMES_TRIED = 1001
 
 
@@ -59,20 +59,20 @@ class AtOtherTimes:
         for _ in range(ROUNDS_OF_NEWTON):
             off, _ = self.off(meant)
             slope = (self.off(meant + SMALL_STEP)[0] - off) / SMALL_STEP
-            # At rest, any time is as near as any other.
+            # At rest any time is as near as any other, and the slope is zero. Do not divide by it.
             size = np.maximum(np.sum(slope**2, axis=0), np.finfo(np.float64).tiny)
             step = -np.sum(slope * off, axis=0) / size
             meant = np.clip(meant + np.clip(step, -every[1], every[1]), 0.0, self.end)
         return meant
 
     def left(self, meant: Array) -> Array:
-        """Return the RMS error of each column at these times; NaN without a row within the run."""
+        """Return the RMS error of each column at given times; NaN without a row within the run."""
         errors, rows = self.off(meant)
         return np.array([rms(x[rows]) for x in errors])
 
 
 def meant_by(time: Array, clock: Array) -> Array:
-    """Return ``time * (1 + clock[0]) + clock[1]`` [s]."""
+    """Convert times by a clock: ``time * (1 + clock[0]) + clock[1]`` [s]."""
     return time * (1.0 + float(clock[0])) + float(clock[1])
 
 

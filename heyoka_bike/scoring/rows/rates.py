@@ -1,4 +1,4 @@
-"""Comparison of rates with their own angles, whatever the motion is.
+"""Compare rates with the slopes of their own angles, whatever the motion is.
 
 An angle and its rate may be exchanged, and a rate may be a difference of its angle, or the rate at
 another row.
@@ -55,7 +55,7 @@ def exchanged(report: Report) -> Undone | None:
 
 
 def _exchanged(m: ManeuverScore) -> dict[str, str]:
-    """The key of the column that is written in each place, for exchanged columns of a maneuver."""
+    """Find the exchanged columns of a maneuver: by place, the key of the column written there."""
     columns = [m[key] for key in LATERAL if key in m and m[key].values == m.rows]
     if len(columns) < 2 or m.rows < MIN_ROWS_FOR_SHAPE or not np.all(np.diff(m.part.time) > 0.0):
         return {}
@@ -65,7 +65,7 @@ def _exchanged(m: ManeuverScore) -> dict[str, str]:
     }
 
     def off(meant: Mapping[str, str]) -> Array:
-        """By angle: distance of its slope from its rate, relative to the rate."""
+        """Return for each angle the distance of its slope from its rate, relative to the rate."""
         place = {meant.get(key, key): key for key in values}
         pairs = [(place[a], place[r]) for r, a in LATERAL_ANGLES.items() if {a, r} <= {*place}]
         return np.array([rms(slopes[a] - values[r]) / (rms(values[r]) or 1.0) for a, r in pairs])
@@ -97,14 +97,14 @@ def _exchanges(m: ManeuverScore) -> Iterator[tuple[str, str]]:
 
 
 def _rates_of(report: Report) -> list[str]:
-    """Keys of the rates that the file contains."""
+    """Return the keys of the rates that the file contains."""
     return [key for key in LATERAL_ANGLES if any(key in m for m in report.maneuvers)]
 
 
 def _without_wrong_rate(
     report: Report, wrong: Sequence[RateOfDifferences | RateOfOtherRow], numbers: Collection[int]
 ) -> Undone | None:
-    """Remove a wrong rate from the maneuvers with these numbers; None unless exactly one is wrong.
+    """Remove a wrong rate from some maneuvers; None unless exactly one rate is wrong.
 
     If both are wrong, later steps try other times, and simulated programs with this mistake.
     """
@@ -118,7 +118,7 @@ def _without_wrong_rate(
 
 
 def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
-    """A rate and its angle, if the maneuver contains both with enough values at equal times."""
+    """Return a rate and its angle, or None unless both have enough values at equal times."""
     if key not in m or LATERAL_ANGLES[key] not in m:
         return None
     rate, angle = m[key], m[LATERAL_ANGLES[key]]
@@ -128,7 +128,7 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
 
 
 def own_differences(report: Report) -> Undone | None:
-    """Look for a rate that is a difference of its own angle, while the other rate is not."""
+    """Look for a rate that is a finite difference of its own angle, while the other rate is not."""
     found = {
         key: set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
         for key in _rates_of(report)
@@ -138,7 +138,7 @@ def own_differences(report: Report) -> Undone | None:
 
 
 def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
-    """Which differences of its angle a rate equals: ``forward``, ``backward``, ``central``."""
+    """Return the finite differences of its angle (``forward``, ...) that a rate equals."""
     if (both := _with_its_angle(m, key)) is None:
         return set()
     rate, angle = both
@@ -158,8 +158,8 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
-        # Rows in which the finite difference and the slope of the angle differ by more than the
-        # digits can explain.
+        # Only rows in which the finite difference and the slope of the angle differ by more than
+        # the digits explain distinguish the two.
         telling = np.abs(slope - smooth[rows]) > CLEARLY * least
         if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and all(
             np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
@@ -187,7 +187,7 @@ def shifted_rate(report: Report) -> Undone | None:
 
 
 def _rows_off(m: ManeuverScore, key: str) -> tuple[float, float]:
-    """Delay of a rate relative to the slope of its angle, and its distance from this slope.
+    """Return the delay of a rate relative to the slope of its angle, and its distance from it.
 
     The delay is one of `ROWS_LATE`, or 0 if none fits. The distance is relative to the rate,
     infinite if it is not known.
@@ -210,7 +210,7 @@ def _rows_off(m: ManeuverScore, key: str) -> tuple[float, float]:
 
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
-    # If the rate is right, the angle is the wrong column of the two.
+    # A right rate is not shifted: then the angle is the wrong column of the two.
     is_best = not is_right_column(rate) and BY_FAR * off(best) < min(
         off(0.0), TOLERANCE * BY_FAR * size
     )

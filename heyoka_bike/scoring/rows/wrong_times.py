@@ -1,8 +1,8 @@
-"""Wrong times: whether the rows of a file are right at times other than those written.
+"""Find out whether the rows of a file are right at times other than those written.
 
-There are four looks, and each fits only as many unknowns as the columns determine: times that are
-multiples of a step (no unknown), one scale for the whole file (one unknown), a scale and a shift
-for each maneuver (two unknowns), and a time for each row.
+There are four row checks, and each fits only as many unknowns as the columns determine: times that
+are multiples of a step (no unknown), one scale for the whole file (one unknown), a scale and a
+shift for each maneuver (two unknowns), and a time for each row.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def other_unit(report: Report) -> Undone | None:
 
 
 def late_rows(report: Report) -> Undone | None:
-    """Correct a constant shift of all times, which the judge has found."""
+    """Correct a constant shift of all times, which the comparison with the reference has found."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     return None if late is None else _at_other_times(report, (late,), 1.0, late.shift)
 
@@ -128,7 +128,7 @@ def counted_rows(report: Report) -> Undone | None:
 
 
 def _counted(time: Array) -> tuple[float, Array] | None:
-    """Find a decimal step and its multiples, one for each row; None if these are the times."""
+    """Find a decimal step, and one multiple for each row; None if the times are these multiples."""
     step = float(f"{(time[-1] - time[0]) / max(len(time) - 1, 1):.{_DIGITS_OF_STEP}g}")
     if not step > 0.0:
         return None
@@ -146,7 +146,7 @@ def _is_single_sum(time: Array, step: float) -> bool:
 
 
 def one_clock(report: Report) -> Undone | None:
-    """Look for one scale of all times, if single maneuvers have too few wrong columns for this."""
+    """Look for one scale of all times, if single maneuvers have too few wrong columns for a fit."""
     every = [_Wrong(m) for m in report.maneuvers]
     counts = [len(wrong.columns) for wrong in every]
     if sum(counts) < FEW_COLUMNS or max(counts) > FEW_COLUMNS or not all(counts):
@@ -221,16 +221,16 @@ def own_times(report: Report) -> Undone | None:
 
 
 def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None:
-    """Times at which all rows of a maneuver are right, and their description; None without them."""
+    """Find the times at which all rows of a maneuver are right, and describe them, or None."""
     rows = AtOtherTimes(m, [c for c in whole_columns(m) if c.key in BENCHMARK_COLUMNS])
-    # If the energy is constant, its parts and their sum count as one column.
+    # Wrong energies count as one column: if their sum is constant, each part determines the other.
     energies = sum(c.key.endswith("_energy") for c in wrong.columns)
     if len(wrong.columns) - max(energies - 1, 0) <= FEW_COLUMNS:
         return None
     nearest = rows.nearest()
     least = np.array([floor_of(c) / c.scale for c in rows.columns])
     limit = CLEARLY * np.maximum(rows.left(nearest), least)
-    # Rows that are also right at their own times stay there. Where the motion hardly changes,
+    # Keep the written time of rows that are also right there. Where the motion hardly changes,
     # every time is right.
     is_off = np.any(np.abs(rows.off(rows.time)[0]) > limit[:, None], axis=0)
     meant = np.where(is_off, nearest, rows.time)
@@ -243,7 +243,8 @@ def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None
         CLEARLY * (high - low) < abs(high + low)
         and np.mean(is_off[np.argmax(is_off) :]) > MOST_ROWS
     ):
-        # One shift of all rows from some time on has fewer unknowns: the motion departs there.
+        # All rows from some time on have one shift, which has fewer unknowns. `visible_faults`
+        # reports this departure.
         return None
     written, most = rows.time[is_off], int(np.argmax(np.abs(ahead)))
     return meant, RowTimes(
@@ -267,7 +268,7 @@ def _is_refuted(m: ManeuverScore, meant: Array) -> bool:
 
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
-    """The rows at the times of a clock; rows that are then outside the run are dropped."""
+    """Return the rows at the times of a clock, without rows that are then outside the run."""
     return Clock(scale, shift).undo(part).within_run()
 
 
@@ -277,7 +278,7 @@ def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
 
 
 def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
-    """Scale and shift [s] of the times at which all columns of a maneuver are right, or None."""
+    """Find a scale and a shift [s] of the times with which all columns are right, or None."""
     wrong = _Wrong(m)
     if len(wrong.columns) <= FEW_COLUMNS:
         return None

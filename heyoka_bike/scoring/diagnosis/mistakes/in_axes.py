@@ -21,7 +21,7 @@ _Entries = tuple[float, float, float]
 
 
 def _turned(entries: _Entries, angle: float) -> _Entries:
-    """Entries in axes that are rotated about y by an angle: z becomes (sin, 0, cos)."""
+    """Return a tensor's entries in axes rotated about y by an angle: z becomes (sin, 0, cos)."""
     xx, zz, xz = entries
     s, c = sin(angle), cos(angle)
     return (
@@ -32,7 +32,7 @@ def _turned(entries: _Entries, angle: float) -> _Entries:
 
 
 def _turn(p: Parameters, bodies: str, change: Callable[[_Entries], _Entries]) -> None:
-    """Change the inertia of frames."""
+    """Apply a function to the inertia tensors of frames."""
     for body in bodies:
         names = [f"I{body}{ij}" for ij in ("xx", "zz", "xz")]
         xx, zz, xz = (p[name] for name in names)
@@ -45,7 +45,7 @@ def _negative_product(entries: _Entries, tilt: float) -> _Entries:
 
 
 def _lengths(p: Parameters) -> Parameters:
-    """Moore's lengths [m]: first those of the geometry, then those of the centres of mass."""
+    """Compute Moore's lengths [m] of the geometry (d1 to d3) and the centres of mass (l1 to l4)."""
     s, c = sin(p["lam"]), cos(p["lam"])
     w, r, r_f = p["w"], p["rR"], p["rF"]
     x, z, x_f, z_f = p["xB"], p["zB"] + r, p["xH"] - w, p["zH"] + r_f
@@ -74,7 +74,8 @@ def _stand(p: Parameters, *changes: _Lengths) -> None:
     reach = (r - r_f) / hypot(across, m["d2"])
     if abs(reach) > 1:
         return
-    # d2 cos - (d1 + d3) sin is the height of the rear hub above the front hub.
+    # Solve d2 cos(tilt) - (d1 + d3) sin(tilt) = rR - rF for the tilt. Both sides are the height of
+    # the rear hub above the front hub.
     stands = acos(reach) - atan2(across, m["d2"])
     pitch = stands - p["lam"]
     s, c = sin(stands), cos(stands)
@@ -108,7 +109,7 @@ _HEIGHTS = "the height from which centres of mass are measured"
 def _of_inertia(
     code: str, says: str, given: Callable[[_Entries, float], _Entries]
 ) -> tuple[Mistake, ...]:
-    """A mistake in the inertia of the rear frame, one of the fork, and one of both.
+    """Return mistakes in the inertia of the rear frame, of the fork, and of both.
 
     `given` computes, from the correct entries and the tilt, the entries that the program uses in
     axes along the steer axis.

@@ -1,4 +1,4 @@
-"""Equations of motion with a missing term, as in derivations that start from each body."""
+"""Mistakes in the equations of motion: a missing term, or an inertia that does not turn."""
 
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, changed

@@ -11,7 +11,7 @@ _PRINTED_P2 = (0.82188470506, -0.85595086466)
 
 
 def _tilt(code: str, says: str, tilt: Callable[[float], float]) -> Mistake:
-    """A mistake in the tilt of the steer axis."""
+    """Make a mistake in the tilt of the steer axis."""
     check = "the steer axis: tilted by lambda from the vertical, its upper end behind its lower one"
     return _model(code, says, check, lambda p: p.update(lam=tilt(p["lam"])))
 
@@ -41,7 +41,7 @@ def _exchange(*pairs: tuple[str, str]) -> Callable[[Parameters], None]:
 
 
 def _moved(body: str, place: str, sign: int) -> Callable[[Parameters], None]:
-    """Add or subtract the parallel-axis terms between the centre of mass and another point."""
+    """Return a change that adds or subtracts a body's parallel-axis terms to another point."""
 
     def change(p: Parameters) -> None:
         x, z = p[f"x{body}"], p[f"z{body}"]
@@ -67,7 +67,7 @@ def _trail_by_cosine(power: int) -> Callable[[Parameters], None]:
 
 
 def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
-    """Thin wheels with `spin` times m r^2 about the axle, and half of that about a diameter."""
+    """Return a change to thin wheels: `spin` m r^2 about the axle, half of it about a diameter."""
 
     def change(p: Parameters) -> None:
         for b in "RF":
@@ -78,7 +78,7 @@ def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
 
 
 def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
-    """Round the values of the table whose symbols begin with `prefix`, except gravity."""
+    """Return a change that rounds values whose symbols begin with `prefix`, except gravity."""
     return lambda p: p.update(
         {s: round(x, decimals) for s, x in p.items() if s.startswith(prefix) and s != "g"}
     )
@@ -100,7 +100,7 @@ _WHEEL_NAMES = (("R", "rear"), ("F", "front"))
 
 
 def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
-    """Mistakes in the inertia of one frame."""
+    """Return the mistakes in the inertia of one frame."""
     inertia = f"the inertia of the {name}"
     return (
         _model(f"sign_I{body}xz", f"I_{body}xz of the {name} has the opposite sign",

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.rows.edits import Change, Columns, Rewritten
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 
-# The angle whose derivative each rate is. Some definitions of the roll angle have their own
+# For each rate, the angle whose derivative it is. Some definitions of the roll angle have their own
 # definition of the roll rate.
 _RATES = {
     "roll_rate": "roll_angle",
@@ -27,7 +27,7 @@ _RATES = {
 
 
 def _differences(which: str) -> Change:
-    """Replace rates with differences of the angles of neighbouring rows."""
+    """Return a change that replaces rates with differences of the angles of neighbouring rows."""
 
     def rate(angle: Array, time: Array) -> Array:
         if len(angle) < 3:
@@ -47,13 +47,13 @@ def _differences(which: str) -> Change:
 def _changed(
     columns: Columns, keys: Sequence[str], change: Callable[[Array], Array]
 ) -> dict[str, Array]:
-    """Return the columns after a change of every definition of some quantities."""
+    """Apply a function to the columns of some quantities, in every definition."""
     names = {c.name for key in keys for c in DEFINITIONS[key]} & columns.keys()
     return {**columns, **{name: change(columns[name]) for name in names}}
 
 
 def _rates_shifted(rows: float) -> Change:
-    """Replace rates with the rates this many rows later than their angles."""
+    """Return a change that replaces each rate with the rate this many rows later."""
 
     def change(columns: Columns, time: Array) -> Columns:
         if len(time) <= DEGREE:
@@ -73,7 +73,7 @@ def _rates_shifted(rows: float) -> Change:
 def _energies(
     kinetic: float = 1.0, potential: float = 1.0, without: str = "", below: str = ""
 ) -> Change:
-    """Multiply the energies by factors, and leave out parts of them.
+    """Return a change that multiplies the energies by factors and leaves out parts of them.
 
     `without` and `below` name the parts of the kinetic and of the potential energy.
     """
@@ -87,7 +87,7 @@ def _energies(
 
 
 def _difference(columns: Columns, sign: int) -> Columns:
-    """Replace the sum of the energies with the kinetic minus the potential one, times a sign."""
+    """Replace the mechanical energy with the kinetic minus the potential energy, times a sign."""
     difference = columns["kinetic_energy"] - columns["potential_energy"]
     return {**columns, "mechanical_energy": sign * difference}
 
@@ -97,7 +97,7 @@ def _first_speed(columns: Columns, _: Array) -> Columns:
 
 
 def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
-    """A mistake that computes the forward speed with the other wheel's radius."""
+    """Make a mistake that computes the forward speed with the other wheel's radius."""
 
     def make(program: Program) -> Program:
         ratio = float(program.motion.bicycle[radius]) / float(program.motion.bicycle[other])
@@ -112,7 +112,7 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 
 _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "front wheel"}
 
-# Degree of the polynomials that interpolate between the rows.
+# Degree of the polynomials that interpolate a rate between the rows.
 DEGREE = 5
 
 _MOMENT = "when a row is written: before or after the step"
@@ -123,7 +123,7 @@ _FEWEST_ROWS = 3
 
 
 def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
-    """Return the mistakes of counting rows that are possible with these times.
+    """Return the mistakes in counting rows that these times allow.
 
     If the written times include the end of the run, the rows may be spread over the run without its
     end. If they stop one step before the end [s], the rows may be spread over the whole run. With

@@ -21,7 +21,7 @@ MISPLACED = "maneuver_"
 
 
 def _place(sources: Mapping[int, int]) -> Mistake:
-    """A mistake that writes maneuvers in the place of others.
+    """Make a mistake that writes maneuvers in the place of others.
 
     `sources` gives, for the number written, the number of the maneuver that is computed.
     """
@@ -42,13 +42,13 @@ def _place(sources: Mapping[int, int]) -> Mistake:
 
 
 def _faster(program: Program, ratio: float) -> Program:
-    """The program with the initial speeds multiplied by a ratio."""
+    """Return the program with the initial speeds multiplied by a ratio."""
     starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.motion.starts.items()}
     return program.moving(starts=starts)
 
 
 def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
-    """A mistake that starts a wheel with the speed divided by the other wheel's radius."""
+    """Make a mistake that starts a wheel with the speed divided by the other wheel's radius."""
 
     def make(program: Program) -> Program:
         lengths = program.motion.bicycle
@@ -60,7 +60,7 @@ def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
 
 
 def _spin_kept(code: str, rear: str) -> Mistake:
-    """Exchanged wheels, with the rear one started with the spin of the correct rear wheel."""
+    """Make a mistake that exchanges wheels or radii, but keeps the rear wheel's initial spin."""
     (exchange,) = (m for m in MODEL_MISTAKES if m.code == code)
 
     def make(program: Program) -> Program:
@@ -74,8 +74,8 @@ def _spin_kept(code: str, rear: str) -> Mistake:
 @cache
 def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
     """Return mistakes that exchange maneuvers: one replaced, two exchanged, or all rotated."""
-    # Begin with a single maneuver in the place of another, because a file of one maneuver does not
-    # show whether the others are misplaced, too.
+    # List the single replacements first: a file of one maneuver cannot distinguish them from
+    # exchanges, and the first of several indistinguishable mistakes is reported.
     alone = [{n: held} for n in numbers for held in numbers if n != held]
     exchanged = [{a: b, b: a} for a, b in combinations(numbers, 2)]
     turned = [(*numbers[i:], *numbers[:i]) for i in range(1, len(numbers))]

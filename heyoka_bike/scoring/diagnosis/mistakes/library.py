@@ -30,7 +30,7 @@ _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
 
 
 def mistakes_of(numbers: tuple[int, ...], times: Array, duration: float) -> tuple[Mistake, ...]:
-    """Return the library for maneuvers of these numbers, times of rows, and a duration [s]."""
+    """Return the library for maneuvers with these numbers, times of rows, and duration [s]."""
     return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(times, duration))
 
 
@@ -50,7 +50,7 @@ _PLACE_IN_LIBRARY = {m.code: i for i, m in enumerate(MISTAKES)}
 
 
 def in_order(mistakes: Sequence[Cause]) -> tuple[Cause, ...]:
-    """Sort causes that are made together: first the model, then initial conditions, then output."""
+    """Sort the causes of one program: first the model, then initial conditions, then output."""
     return tuple(
         sorted(mistakes, key=lambda m: (KINDS.index(m.kind), _PLACE_IN_LIBRARY.get(m.code, 0)))
     )

@@ -1,4 +1,4 @@
-"""Programs with linearised equations; these are not a mistake, but not the benchmark's."""
+"""Programs with linearised equations, which are no mistake but are not the benchmark's."""
 
 from collections.abc import Sequence
 

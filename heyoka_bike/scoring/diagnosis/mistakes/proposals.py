@@ -1,4 +1,4 @@
-"""Mistakes that are read off a file: columns in another order.
+"""Mistakes that are derived from the file itself: columns in another order.
 
 There are too many orders to try them all. The order that fits the exact motion best is proposed,
 and then judged like all other mistakes. It is the one-to-one assignment of the written columns to
@@ -102,7 +102,7 @@ def _best_fit(
 
 
 def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Array:
-    """Logarithms of typical relative errors.
+    """Return the logarithms of the typical relative errors, by factor and definition.
 
     A value is infinite if the error exceeds the limit, except for a column in its own place.
     """
@@ -121,7 +121,7 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
 
 
 def _assign(cost: Sequence[Sequence[float]]) -> list[int]:
-    """Choose a different column of the matrix for each row, with the smallest sum."""
+    """Choose a different column of the cost matrix for each row, so that the sum is smallest."""
     best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
     for row in cost:
         found: dict[int, tuple[float, list[int]]] = {}

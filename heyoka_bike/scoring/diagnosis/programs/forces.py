@@ -1,4 +1,4 @@
-"""Forces and torques that a program adds to gravity, or terms that it lacks, with coefficients.
+"""Forces that a program adds to gravity, and terms that it lacks, each with a coefficient.
 
 The benchmark has none of these forces. Simulators add some by default, and equations written by
 hand lack some terms. Each force is linear in its coefficient and acts along velocities: a force f
@@ -97,7 +97,7 @@ class Moving:
 
     @cached_property
     def units(self) -> list[dict[str, Vector]]:
-        """Velocities at each unit independent speed."""
+        """The velocities if one independent speed is 1 and the others are 0, for each speed."""
         zero, state = 0.0 * self.state[0], self.state
         speeds = ([zero + float(i == j) for j in INDEPENDENT] for i in INDEPENDENT)
         return [_velocities(self.equations, [*state[:3], *x, state[6]]) for x in speeds]
@@ -120,7 +120,7 @@ class Moving:
         return self.equations.rates_with_yaw(self.state)
 
     def product(self, one: Linear, other: Linear) -> Number:
-        """Return twice the bilinear form of the kinetic energy."""
+        """Return twice the bilinear form of the kinetic energy, for two sets of velocities."""
         found = 0.0
         for body, mass in self.masses.items():
             found = found + mass * dot(one[f"v_{body}"], other[f"v_{body}"])
@@ -128,7 +128,7 @@ class Moving:
         return found
 
     def inertia(self, body: str, v: Vector) -> Vector:
-        """Return the inertia of a body times a vector."""
+        """Return the inertia tensor of a body times a vector."""
         half: Half = self.b.rear if body in "RB" else self.b.front
         if body in "RF":
             return half.wheel_inertia_times(v)
@@ -140,7 +140,7 @@ class Moving:
         return found
 
     def _other_axes(self, body: str, axes: str) -> tuple[Turn, Turn]:
-        """Functions that convert from the axes of rear frame or fork to other axes, and back."""
+        """Return functions that convert from the axes of rear frame or fork to others, and back."""
         out, back = (
             (self.axes.from_rear, self.axes.to_rear)
             if body == "B"
@@ -155,7 +155,7 @@ class Moving:
 
     @cached_property
     def bias(self) -> Linear:
-        """Derivatives of the velocities at constant independent speeds, in the axes of each."""
+        """Derivatives of the velocities at constant independent speeds, each in its own axes."""
         dual = self.equations.over(Duals(self.equations.a))
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self._right[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
@@ -168,14 +168,14 @@ class Moving:
         return found
 
     def acceleration(self, name: str) -> Vector:
-        """Return the derivative of one of the velocities, by the correct equations."""
+        """Return the time derivative of a velocity, without additional forces."""
         found = self.bias[name]
         for unit, rate in zip(self.units, self.rates[3:6], strict=True):
             found = plus(found, scaled(rate, unit[name]))
         return found
 
     def ground(self, v: Vector) -> Vector:
-        """Return the heading components of a vector in ground axes."""
+        """Convert a vector from ground axes to heading axes."""
         a, yaw = self.equations.a, self.state[6]
         return from_turned("z", -a.sin(yaw), a.cos(yaw), v)
 
@@ -206,14 +206,13 @@ class Moving:
         return solved(self.mass, forces)
 
     def altered(self, amounts: Mapping[str, Number]) -> list[Number]:
-        """Return the derivatives of the state with coefficients of `FORCES` [SI]."""
+        """Return the derivatives of the state if forces with these coefficients act [SI]."""
         if not amounts:
             return self.rates
         force, rotors = self._forces(amounts, self)
         mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
                 for i, row in enumerate(self.mass)]  # fmt: skip
-        # Torque that accelerates a rotor: the rotor's inertia times the acceleration of the wheel
-        # without the rotor.
+        # The rotors also need a torque for the accelerations that the wheels have without rotors.
         force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
         if any(FORCES[name].is_inertial for name in amounts):
             mass = self._less_inertial(mass, {n: x for n, x in amounts.items()
@@ -224,7 +223,7 @@ class Moving:
     def _forces(
         self, amounts: Mapping[str, Number], seen: Moving
     ) -> tuple[list[Number], list[Number]]:
-        """Generalised forces at the accelerations of `seen`, and inertias of rotors."""
+        """Return generalised forces at the accelerations of `seen`, and inertias of rotors."""
         force: list[Number] = [0.0] * 3
         rotors: list[Number] = [0.0] * 3
         for name, amount in amounts.items():
@@ -246,7 +245,7 @@ class Moving:
     def _less_inertial(
         self, mass: Sequence[Sequence[Number]], amounts: Mapping[str, Number]
     ) -> list[list[Number]]:
-        """The mass matrix minus the derivatives of forces that are linear in the accelerations."""
+        """Return the mass matrix minus the derivatives of forces linear in the accelerations."""
         at_right, _ = self._forces(amounts, self)
         columns = []
         for i in INDEPENDENT:
@@ -350,7 +349,7 @@ PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate
 
 
 def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 1.0) -> Law:
-    """Make a force along the roll rate, the steer rate or the rear hub's speed, by a term.
+    """Make a force along an independent speed, in proportion to a term of the state.
 
     The term is a product of variables of the state and a power of the speed. Along roll and steer a
     square is x |x|, because left and right are alike.
@@ -390,7 +389,7 @@ def _drag(point: str) -> Law:
 
 
 def _forward_drag(law: Law) -> Law:
-    """Make a drag by the square of the hub's speed, at the point of a unit forward force."""
+    """Make a drag in proportion to the square of the hub's speed, at the point of a unit force."""
     return lambda m: {
         name: scaled(-m.now["rates"][2] * m.now["rates"][2], f) for name, f in law(m).items()
     }
@@ -451,7 +450,7 @@ def _crown(frames: str) -> Law:
 
 
 def _slope_of_ground(along: Vector) -> Law:
-    """Make the force of gravity as it would be if an axis of the ground were vertical."""
+    """Make the force that gravity would have if this horizontal axis of the ground pointed up."""
 
     def law(m: Moving) -> Linear:
         pull = scaled(-m.b.g, m.ground(along))
@@ -465,7 +464,7 @@ def _weightless(bodies: str) -> Law:
 
 
 def _without_spin_moment(wheels: str) -> Law:
-    """Cancel the gyroscopic moment of a wheel's spin: angular velocity of its frame x I_yy spin."""
+    """Make the torque that cancels the gyroscopic moment of spin: angular velocity x I_yy spin."""
 
     def law(m: Moving) -> Linear:
         found = {}
@@ -478,19 +477,19 @@ def _without_spin_moment(wheels: str) -> Law:
 
 
 def _without_euler(bodies: str) -> Law:
-    """Cancel w x (I w) of bodies."""
+    """Make the torques that cancel the gyroscopic torques w x (I w) of bodies."""
     return lambda m: {
         f"w_{b}": cross(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) for b in bodies
     }
 
 
 def _without_centrifugal(bodies: str) -> Law:
-    """Cancel the acceleration that bodies have at constant independent speeds."""
+    """Make the forces that cancel the centrifugal and Coriolis forces of bodies."""
     return lambda m: {f"v_{b}": scaled(m.masses[b], m.bias[f"v_{b}"]) for b in bodies}
 
 
 def _to_the_side(body: str) -> Law:
-    """Move the centre of mass of a body to the right: the effect linear in the distance."""
+    """Make the forces, linear in the distance, of a centre of mass moved to the right."""
 
     def law(m: Moving) -> Linear:
         into = m.axes.to_rear if body == "B" else m.axes.to_front
@@ -506,12 +505,12 @@ def _to_the_side(body: str) -> Law:
 
 
 def _to_the_side_squared(body: str) -> Law:
-    """Move the centre of mass of a body to the right: the effect of the squared distance."""
+    """Make the torque, quadratic in the distance, of a centre of mass moved to the right."""
     return lambda m: {f"w_{body}": scaled(-m.masses[body], cross(_SIDE, _of_the_side(m, body)))}
 
 
 def _of_the_side(m: Moving, body: str) -> Vector:
-    """Acceleration of a point 1 m to the right of a body's centre, relative to the centre."""
+    """Return the acceleration, relative to a body's centre, of a point 1 m to the right of it."""
     w = m.now[f"w_{body}"]
     return plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
 
@@ -699,14 +698,14 @@ WITHOUT_POTENTIAL = frozenset(
 # In this order, the term is missing, has the opposite sign, is doubled, or is halved.
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
-# A fitted size may be at most this much below zero [SI].
+# A fitted mass, length or other size may be at most this much below zero [SI].
 _ZERO = 1e-6
 # Names of sizes, which cannot be negative: masses, moments of inertia, lengths and gravity.
 _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 
 
 def is_plausible(name: str, amount: float) -> bool:
-    """True unless a size is negative, or the missing fraction of a term is not plausible."""
+    """True unless a mass or length is negative, or a term's missing fraction is implausible."""
     if _SIZE.fullmatch(name):
         return amount > -_ZERO
     is_part = name in FORCES and FORCES[name].is_part

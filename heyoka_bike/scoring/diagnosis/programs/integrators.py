@@ -52,7 +52,7 @@ class FixedStep:
 
 
 def _runge_kutta(a: Sequence[Sequence[float]], b: Sequence[float]) -> Step:
-    """Make the step of an explicit Runge-Kutta method; each row of `a` belongs to a stage."""
+    """Return the step function of an explicit Runge-Kutta method; `a` has a row per stage."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         stages: list[Array] = []
@@ -79,7 +79,7 @@ _ARE_ANGLES = np.array([1, 1, 1, 0, 0, 0, 1], bool)[:, None]
 
 
 def _theta(old: float, new: float) -> Step:
-    """Make the step of a method that weights the rates at both ends of the step."""
+    """Return the step function of a method that weights the rates at both ends of the step."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         now = f(y)
@@ -104,7 +104,7 @@ def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
 
 
 def _adams_bashforth(weights: Sequence[float]) -> Step:
-    """Make the step of an Adams-Bashforth method, with earlier rates from the exact motion."""
+    """Return the step function of an Adams-Bashforth method; earlier rates are nearly exact."""
 
     def step(f: Rates, y: Array, h: float | Array) -> Array:
         found, before = y + h * weights[0] * f(y), y
@@ -121,7 +121,7 @@ RK4 = _runge_kutta([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1
 
 
 def _nearly_right(f: Rates, y: Array, h: float | Array) -> Array:
-    """Make a step that is far more accurate than the methods: two half steps of RK4."""
+    """Make a step far more accurate than those of the methods: two half steps of RK4."""
     return RK4(f, RK4(f, y, h / 2), h / 2)
 
 

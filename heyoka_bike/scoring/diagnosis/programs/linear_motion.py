@@ -61,13 +61,13 @@ def linear_columns(
 
 
 def _yaw(p: Mapping[str, float], speed: float) -> Array:
-    """Yaw rate as a linear function of roll, steer and their rates."""
+    """Return the coefficients of roll, steer and their rates in the yaw rate."""
     per_steer = cos(p["lam"]) / p["w"]
     return np.array([0.0, speed * per_steer, 0.0, p["c"] * per_steer])
 
 
 def _first_order(m: Sequence[Any], p: Mapping[str, float], speed: float, terms: Terms) -> Array:
-    """The matrix of the first-order system in roll, steer, their rates and yaw."""
+    """Return the matrix of the first-order system in roll, steer, their rates and yaw."""
     mass, c1, k0, k2 = (np.array(x, dtype=float) for x in m)
     c1, k0, k2 = (
         np.zeros((2, 2)) if power is None else base**power * x
@@ -84,7 +84,7 @@ def _first_order(m: Sequence[Any], p: Mapping[str, float], speed: float, terms: 
 
 
 def _propagate(a: Array, start: Array, time: Array) -> Array:
-    """States at some times, shape (5, n), by the eigenvalues and eigenvectors of the matrix.
+    """Compute the states at some times, shape (5, n), from the eigenvectors of the matrix.
 
     Rounding makes all eigenvalues distinct, so the matrix has enough eigenvectors.
     """

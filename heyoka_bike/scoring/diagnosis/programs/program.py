@@ -131,7 +131,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A program: the motion that it computes, and the edits of its output.
+    """A program: the motion that it computes, and the edits (changes) of its output.
 
     Attributes
     ----------
@@ -147,11 +147,11 @@ class Program:
         return replace(self, motion=replace(self.motion, **changes))
 
     def edited(self, edit: Edit) -> Program:
-        """Return the program with one more edit."""
+        """Return the program with one more edit of its output."""
         return replace(self, edits=(*self.edits, edit))
 
     def clock(self, time: Array, step: float) -> Array:
-        """Return the times of the motion for the written times, at least 0 [s]."""
+        """Convert written times to times of the motion, which are at least 0 [s]."""
         return meant_times(self.edits, time, step)
 
     def written(self, columns: Columns, time: Array) -> Columns:
@@ -183,7 +183,7 @@ class FittedValue:
 
     @property
     def key(self) -> str:
-        """Name of the change for `changed`."""
+        """Name of the value among the changes that `changed` takes."""
         return self.name if self.maneuver is None else f"{self.name}_{self.maneuver}"
 
 
@@ -350,7 +350,7 @@ def equations_of(values: ParameterValues) -> Equations:
 
 @lru_cache(256)
 def _upright(values: ParameterValues) -> tuple[Moving, float]:
-    """The bicycle upright and straight, and its unit of length [m]."""
+    """Return the upright straight bicycle at rest, and its unit of length [m]."""
     equations = equations_of(values)
     with np.errstate(all="ignore"):
         return Moving(equations, [np.zeros(())] * 7), float(equations.k.length)
@@ -446,7 +446,7 @@ def changed(program: Program, changes: Mapping[str, float]) -> Program:
 
 
 def _of_start(name: str) -> tuple[int, int]:
-    """Index in `INITIAL_STATE`, and number of the maneuver, of an initial value's name."""
+    """Return the index in `INITIAL_STATE` and the maneuver in an initial value's name."""
     what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
     return INITIAL_STATE.index(what), int(number)
 

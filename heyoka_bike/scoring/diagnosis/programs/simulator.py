@@ -41,7 +41,8 @@ _GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
 # Maximum number of Newton iterations on an interval, and the relative change at which they end. A
 # further iteration would change the motion by only a millionth of that change.
 _MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
-# A motion whose last change exceeds this relative value has met a singularity.
+# If the last Newton change of a motion exceeds this relative value, the motion has met a
+# singularity.
 _PART_LOST = 1e-6
 # An extrapolated first guess is used only if its change is less than this many times the change in
 # the last interval.
@@ -153,7 +154,7 @@ class Simulator:
         return constants
 
     def _states(self, motion: MotionRequest, time: Array) -> Array:
-        """States of a simulated motion at some times up to its end [s], shape (7, n)."""
+        """Return the states of a simulated motion at some times up to its end [s], shape (7, n)."""
         return _at(self._known[_key(motion)], time, _intervals(motion))
 
     def run_near(
@@ -202,7 +203,7 @@ class Simulator:
         *others: MotionRequest,
         deadline: Deadline,
     ) -> Iterator[dict[str, Array]]:
-        """Columns of motions near a simulated one."""
+        """Compute the columns of motions near a simulated one."""
         values = [tuple(m.bicycle.values.items()) for m in (motion, *others)]
         constants = [c for c in map(_constants, values) if c is not None]
         if len(constants) <= len(others):
@@ -220,7 +221,7 @@ class Simulator:
     def _nodes(
         self, asked: Sequence[tuple[MotionRequest, _Constants]], length: float, deadline: Deadline
     ) -> Iterator[Array]:
-        """States of motions, see `_nodal_states`."""
+        """Compute the states of motions, see `_nodal_states`."""
         each = round(_INTERVALS[0] / length)
         counts = [each * _intervals(m) for m, _ in asked]
         nodes = _nodal_states(*self._side_by_side(asked), max(counts), length, deadline)
@@ -230,7 +231,7 @@ class Simulator:
     def _side_by_side(
         self, asked: Sequence[tuple[MotionRequest, _Constants]]
     ) -> tuple[Equations, dict[str, Array], Array]:
-        """Equations, coefficients and initial states, shape (7, motions), of several motions."""
+        """Return equations, coefficients and initial states (7, motions) of several motions."""
         names = sorted({name for m, _ in asked for name in m.amounts})
         amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
         starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
@@ -240,7 +241,7 @@ class Simulator:
     def _columns_at(
         self, motion: MotionRequest, constants: _Constants | None, time: Array
     ) -> dict[str, Array]:
-        """Columns of a simulated motion at some times; NaN if the bicycle has no motion."""
+        """Return a simulated motion's columns at some times; NaN if the bicycle has no motion."""
         if constants is None or not len(time):
             return {name: np.full(len(time), np.nan) for name in NAMES}
         return self._columns(motion, constants[0], self._states(motion, time))
@@ -254,7 +255,7 @@ class Simulator:
             return made | following(made, p) | _energies(equations, states)
 
     def _with(self, constants: Array) -> Equations:
-        """Equations with these constants, each a number or an array."""
+        """Return the equations with these constants, each a number or an array."""
         left = iter(constants)
         return self._any.convert(lambda _: next(left), Arrays())
 
@@ -266,7 +267,7 @@ def _key(m: MotionRequest) -> object:
 
 @lru_cache(512)
 def _constants(values: ParameterValues) -> _Constants | None:
-    """Constants of the equations, and the unit of length [m]; None without a motion."""
+    """Return the constants of the equations and the unit of length [m]; None without a motion."""
     found: list[float] = []
     try:
         equations = equations_of(values)
@@ -279,7 +280,7 @@ def _constants(values: ParameterValues) -> _Constants | None:
 
 @cache
 def _points() -> tuple[Array, ...]:
-    """Gauss points in 0 to 1, and integrals of their Lagrange polynomials to each and to 1."""
+    """Return Gauss points, and integrals of their Lagrange polynomials from 0 to each and to 1."""
     x = np.asarray(leggauss(_GAUSS_POINTS)[0], np.float64)
     basis = np.linalg.inv(chebvander(x, _GAUSS_POINTS - 1))
     integrals = chebint(np.eye(_GAUSS_POINTS), lbnd=-1, scl=0.5)
@@ -290,18 +291,18 @@ def _points() -> tuple[Array, ...]:
 
 @cache
 def _through() -> Array:
-    """Matrix from values at the beginning and the points to Chebyshev coefficients."""
+    """Return the matrix from values at 0 and the Gauss points to Chebyshev coefficients."""
     inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
     return np.asarray(inverse, np.float64)
 
 
 def _basis(place: Array) -> Array:
-    """Chebyshev polynomials at places of an interval, 0 to 1."""
+    """Evaluate the Chebyshev polynomials at places of an interval, 0 to 1."""
     return np.asarray(chebvander(2 * place - 1, _GAUSS_POINTS), np.float64)
 
 
 def _intervals(motion: MotionRequest) -> int:
-    """Return the number of intervals of the first length up to the end of a motion."""
+    """Return the number of intervals of length `_INTERVALS[0]` up to the end of a motion."""
     return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
 
 
@@ -309,7 +310,7 @@ def _nodal_states(
     equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float,
     deadline: Deadline,
 ) -> Array:  # fmt: skip
-    """Simulate motions; states at the beginning and the Gauss points of each interval.
+    """Simulate motions; return states at the beginning and the Gauss points of each interval.
 
     The shape is (intervals, 1 + points, 7, motions).
     """
@@ -342,11 +343,13 @@ def _nodal_states(
             if is_lost.all():
                 break
             found[i] = np.concatenate([y[None], guess])
-            # Derivatives at the points after the last change of the state, to first order.
+            # Correct the derivatives at the points for the last change of the state, to first
+            # order.
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
-            # The polynomial of a motion with kinks may extrapolate to any value.
+            # Do not use an extrapolation that goes too far: the polynomial of a motion with kinks
+            # may extrapolate to any value.
             change, before = (np.max(np.abs(x - y), (0, 1)) for x in (guess, found[i]))
             guess = np.where(change < _FARTHER * before, guess, y)
     return found
@@ -355,7 +358,7 @@ def _nodal_states(
 def _nodes_nearby(
     equations: Equations, amounts: Mapping[str, Array], starts: Array, nodes: Array, duration: float
 ) -> Array:
-    """States of motions near one, to first order, shape (intervals, 1 + points, 7, motions).
+    """Compute states of nearby motions to first order, shape (intervals, 1 + points, 7, motions).
 
     `equations` and `amounts` are those of the motion with the states `nodes`, then those of the
     motions nearby. `starts` has the differences of their initial states, shape (7, motions).
@@ -404,7 +407,7 @@ def _solved(matrix: Array, right: Array) -> Array:
 def _rates(
     equations: Equations, amounts: Mapping[str, Array], states: Array
 ) -> tuple[Array, Array]:
-    """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
+    """Return rates of states, shape (points, 7, motions), and their derivatives by the states."""
     # The derivatives with respect to the yaw are needed only for forces in ground axes, and for
     # inertia that keeps its initial direction.
     shifts = SMALL_STEP * np.concatenate(

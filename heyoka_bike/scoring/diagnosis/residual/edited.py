@@ -2,9 +2,9 @@
 
 Each alone explains little of the residual, so a search for one cause finds neither. The offset
 (`zero`) and the ratio of each column of the motion are further unknowns of the equations, in
-addition to the parameters. An edit is undone only if it and one parameter together reduce the
-residual by a large factor, and neither does so alone. The rows without the edit are then diagnosed,
-and that diagnosis reports the parameter.
+addition to the parameters. Such an offset or ratio (an edit) is undone only if it and one parameter
+together reduce the residual by a large factor, and neither does so alone. The rows without the edit
+are then diagnosed, and that diagnosis reports the parameter.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,11 +35,11 @@ from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 _ZERO, _RATIO = "zero ", "ratio "
-# Number of single edits, and of single values, that are refined. Each is then tried with its best
-# partner.
+# Number of single edits (an offset or a ratio of a column), and of single parameters, that are
+# fitted alone. For each of them the best partner of the other kind is then found.
 _ALONE = 2
-# Number of pairs of an edit and a value that are refined: the pairs that explain most of the error
-# to first order.
+# Number of pairs of an edit and a parameter that are fitted more exactly: the pairs that explain
+# most of the error to first order.
 _PAIRS = 4
 
 
@@ -71,7 +71,7 @@ class _Edited:
         return [kind + key for key in keys for kind in (_ZERO, _RATIO)]
 
     def residual(self, changes: Mapping[str, float]) -> Residual | None:
-        """Return the residual of the rows without these edits; None if they show no motion."""
+        """Return the residual after these edits are undone; None if the rows show no motion."""
         edits = tuple(sorted((n, x) for n, x in changes.items() if _is_edit(n) and x))
         if edits not in self._known:
             self.deadline.check()
@@ -92,7 +92,7 @@ class _Edited:
         return replace(part, values=values, lo={k: x for k, x in part.lo.items() if k in values})
 
     def left(self, names: Sequence[str]) -> Callable[[Sequence[Array]], list[list[Array]]]:
-        """Return the function from values of some unknowns to the blocks of the residual."""
+        """Return the function that computes the blocks of the residual from unknowns."""
         right = self.residual({})
         assert right is not None
 
@@ -113,7 +113,7 @@ class _Edited:
         return linearised(*self._problem(names, x))
 
     def refined(self, names: Sequence[str], x: Array) -> tuple[Array, float]:
-        """Return the values with the least residual, and its geometric mean."""
+        """Find the values with the least residual; return them and the size of the residual."""
         found, b = gauss_newton(*self._problem(names, x))
         return found, b.left
 
@@ -133,7 +133,7 @@ def _is_edit(name: str) -> bool:
 def edit_beside_a_value(
     parts: Sequence[Part], understood: Understandings, program: Program, deadline: Deadline
 ) -> ColumnRatio | None:
-    """Find an offset or a ratio of a column that explains the residual together with one value.
+    """Find an offset or a ratio of a column that, with one parameter, explains the residual.
 
     Raises
     ------
@@ -153,7 +153,8 @@ def edit_beside_a_value(
     likely = best_subsets(start, 2, _PAIRS**2)
     for members, pair_gain in zip(likely.members, likely.gains, strict=True):
         pair = frozenset(every[k] for k in members)
-        # The gain of two unknowns that cancel each other is zero.
+        # A pair must consist of an edit and a parameter. Its gain is zero if their effects cancel
+        # each other.
         if sum(map(_is_edit, pair)) == 1 and pair_gain > 0.0:
             promised[pair] = start.left / float(pair_gain)
     ones = []
@@ -169,9 +170,9 @@ def edit_beside_a_value(
     best_alone = min(ones, default=start.left)
     found = []
     for pair in sorted(promised, key=lambda p: promised[p])[:_PAIRS]:
-        # To first order, a pair must be ten times better than the best single edit or value. In
-        # three files with both, the best pair was 57 to 3,200 times better. For an integrator's
-        # error (ode-default) it was 1.3 times better.
+        # To first order, a pair must be ten times better than the best single edit or parameter. In
+        # three files with both faults, the best pair was 57 to 3,200 times better. For an
+        # integrator's error (ode-default) it was 1.3 times better.
         if CLEARLY * promised[pair] < best_alone:
             names = sorted(pair, key=_is_edit, reverse=True)
             x, left = asked.refined(names, np.zeros(2))
@@ -179,9 +180,9 @@ def edit_beside_a_value(
     if not found:
         return None
     left, name, size = min(found)
-    # After refinement, a pair must be ten times better than a single edit or value. For errors of
-    # integrators, the best pair is at most 2.5 times better, although it reduces the residual by a
-    # factor of 7.
+    # After the exact fit, a pair must be ten times better than a single edit or parameter. For
+    # errors of integrators, the best pair is at most 2.5 times better, although it reduces the
+    # residual by a factor of 7.
     is_both = CLEARLY * left < best_alone
     gain = start.left / left
     if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.direction_factor)):

@@ -137,11 +137,11 @@ class Fits:
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
     def first_order(self, names: Sequence[str]) -> Blocks:
-        """Return the normal equations of some values at the right program."""
+        """Return the normal equations of some values at the correct program."""
         return self._first_order(dict.fromkeys(names, 0.0))
 
     def first_order_gain(self, names: Sequence[str]) -> float:
-        """Return the gain of the best one of some values, to first order."""
+        """Return the first-order gain of the value that explains most of the error."""
         found = best_subsets(self.first_order(names), 1, 1)
         return float(np.max(found.gains, initial=1.0))
 
@@ -192,7 +192,7 @@ class Fits:
         return [dict.fromkeys(group, 0.0) for gain, group in likely if gain > self.needed]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-        """Add to some values the one that, to first order, explains most of the remaining error."""
+        """Add the value that, to first order, explains most of the error that the others leave."""
         every = {**changes, **{name: 0.0 for name in names if name not in changes}}
         known = len(changes)
         subsets = np.array([[*range(known), i] for i in range(known, len(every))])
@@ -200,7 +200,7 @@ class Fits:
         return {**changes, [*every][known + int(np.argmax(gains))]: 0.0}
 
     def _refined(self, changes: Mapping[str, float]) -> FittedValues:
-        """Refine values, beginning at `changes`; values that hardly differ from 0 are dropped."""
+        """Fit values, starting at `changes`; drop values smaller than their uncertainty."""
         x, b = gauss_newton(*self._problem(changes))
         found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
         other = {name: x for name, x in changes.items() if abs(found[name]) > off[name]}
@@ -230,7 +230,7 @@ class Fits:
 
 
 def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
-    """True if one cause explains nearly as much as another with further values."""
+    """True if one cause explains nearly as much as another that fits further values."""
     return one.parts < other.parts and other.relief < CLEARLY * one.relief
 
 

@@ -19,8 +19,8 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 # The smallest is a small fraction of the largest, because regularised friction changes within a
 # small part of its range.
 _RATIO, _PLACES = 2**0.5, 20
-# Number of successive averages in a stretch of a run. Each average shares half of its rows with the
-# next average.
+# Number of successive averages in a stretch of a run. A law is fitted to every other stretch and
+# tested with the rest. It has two averages, because each shares half of its rows with the next one.
 _STRETCH = 2
 
 
@@ -110,7 +110,7 @@ def best_law(
 
 
 def _relief_elsewhere(left: Sequence[Array], terms: Sequence[Array], floors: Array) -> float:
-    """Factor by which values fitted to every other stretch reduce the residual of the others."""
+    """Fit values to every other stretch; return the factor by which they reduce the rest."""
     here = [np.arange(len(x)) % (2 * _STRETCH) < _STRETCH for x in left]
     if not all(h.any() and not h.all() for h in here):
         return 1.0

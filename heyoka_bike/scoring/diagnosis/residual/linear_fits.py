@@ -158,7 +158,7 @@ def solve(b: Blocks, members: NDArray[np.intp]) -> tuple[Array, Array]:
 
 
 def best_multiple(b: Blocks) -> tuple[float, float]:
-    """Return the multiple of one unknown with the least remaining error, and its gain.
+    """Find the value of a single unknown with the least remaining error; return it and its gain.
 
     Only the best multiple of each block is tried: the sum of logarithms has its many local minima
     near these.
@@ -186,7 +186,7 @@ def _solved(matrix: Array, vector: Array) -> Array:
 
 
 def uncertain(b: Blocks) -> list[float]:
-    """Return the change of each unknown that doubles the error, whatever the others are."""
+    """Return the change of each unknown that doubles the error even if the others are refitted."""
     left = b.squares + b.floors
     weighted = np.einsum("b,bij->ij", 1.0 / left, b.products) / len(left)
     size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
@@ -196,7 +196,7 @@ def uncertain(b: Blocks) -> list[float]:
 
 
 def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
-    """Compute the normal equations at some values, by differences in proportion to their sizes."""
+    """Compute the normal equations at some values by finite differences."""
     shifts = SMALL_STEP * sizes
     here, *moved = errors([x, *(x + np.diag(shifts))])
     slopes = [

@@ -60,7 +60,7 @@ class Scheme(NamedTuple):
 def _of(
     code: str, angles: Mapping[str, float], speeds: Mapping[str, float] | None = None
 ) -> Scheme:
-    """A scheme for one of the methods in `METHODS`, which can also be run."""
+    """Make a scheme for one of the methods in `METHODS`, which can also be run."""
     (method,) = (m for m in METHODS if m.code == code)
     return Scheme(method.says, method.order, angles, speeds)
 
@@ -115,7 +115,7 @@ class Method(NamedTuple):
 
 
 def _derivatives(equations: Equations, y: Array) -> Array:
-    """Time derivatives of the state at states, in the order of `PARTS`, shape (5, 6, n).
+    """Compute the derivatives of the state that `PARTS` names, at given states, shape (5, 6, n).
 
     ``first`` is f, ``second`` f'f, ``of_angles`` the part of f'f from the angles, and ``bend`` and
     ``chain`` are the two parts f''(f, f) and f'f'f of the third derivative.
@@ -155,13 +155,14 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     found = []
     for (i,), (size,), gain in zip(fits.members, fits.changes, fits.gains, strict=True):
         left = b.squares - 2 * size * b.moments[:, i] + size**2 * b.products[:, i, i]
-        # Rounding may make this square negative.
+        # Rounding may make this mean square negative.
         left = np.maximum(left, 0.0) + b.floors
         falls = np.log((b.squares + b.floors) / left).reshape(len(motions), -1) / 2
         # Integrators leave a residual in the equations of the angles. Forces and drifting
         # constraints do not.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
-        # Each equation of an angle's rate has as many independent values as an equation of motion.
+        # Assume that an equation of an angle's rate has as many independent values as an equation
+        # of motion.
         seen = (
             THRESHOLDS.independent_values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
         )
@@ -185,7 +186,7 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
 
 
 def step_of_rows(step: float, spacing: float, relief: float) -> float | None:
-    """Find the step nearby of which the row distance is a multiple or a fraction, or None [s].
+    """Find a nearby step of which the row distance is a multiple or a fraction [s], or None.
 
     If a method reduces the error by a factor, the relative error of its step is about the inverse
     of that factor.

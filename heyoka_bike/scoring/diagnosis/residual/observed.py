@@ -43,7 +43,7 @@ _HALF_WIDTH, _IN_ROWS = 0.15, 4.0
 _MOST_ROUNDS = 30
 # A bicycle that leans more than this does not come upright again [rad].
 _LARGEST_LEAN = 1.2
-# All values of a bicycle are smaller than this, unless the motion has become unstable [SI].
+# All angles, rates and speeds are smaller than this, unless the motion has become unstable [SI].
 _LARGEST_CONDITION = 1e6
 # Rows from which the exact equations are integrated back to t = 0, and number of integration steps.
 _BEGINNING, _STEPS_BACK = slice(1, 5), 20
@@ -56,7 +56,7 @@ _PART_LOST = 1e-10
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Observed:
-    """One maneuver of a file.
+    """The motion that one maneuver of a file shows.
 
     Attributes
     ----------
@@ -109,11 +109,11 @@ class Observed:
         )
 
     def inconsistency(self) -> float:
-        """Return the difference between rates and slopes of angles, relative to the rates."""
+        """Return the largest of the relative differences of rates from slopes of their angles."""
         return max(self.inconsistencies().values())
 
     def inconsistencies(self) -> dict[str, float]:
-        """Return the difference of each rate from the slope of its angle, relative to the rate."""
+        """Return for each rate its relative difference from the slope of its angle."""
         rates = np.array([self.windows @ self.state[key] for key in LATERAL_ANGLES])
         least = float(np.finfo(np.float64).tiny)
         size = np.sqrt(np.mean(rates**2, axis=1)) + least
@@ -241,7 +241,7 @@ def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Arra
 
 
 def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> float:
-    """Standard deviation of the last digit written [SI]."""
+    """Return the standard deviation of the rounding to the digits written [SI]."""
     if key not in part.values:
         return (
             _IN_SLOPE
@@ -258,7 +258,7 @@ def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> fl
 
 
 def _windows(time: Array) -> Array | None:
-    """Weights of the rows in windows over the run; None if the run is too short for a window."""
+    """Return the weights of the rows in windows over the run; None if the run is too short."""
     spacing = float(np.max(np.diff(time))) if len(time) > 1 else np.inf
     half = max(_HALF_WIDTH, _IN_ROWS * spacing)
     count = int((time[-1] - time[0]) / half) - 1
@@ -273,7 +273,7 @@ def _windows(time: Array) -> Array | None:
 
 
 def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tuple[Array, Array]:
-    """Averages of derivatives of columns, and their uncertainty.
+    """Return the averages of the columns' derivatives over windows, and their uncertainty.
 
     The uncertainty is the difference from polynomials of lower degree, combined with the effect of
     random rounding to the digits written.
@@ -291,7 +291,7 @@ def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tup
 
 
 def integral(time: Array, x: Array) -> Array:
-    """Return the integral from the first row to each row."""
+    """Integrate a column from the first row to each row."""
     powers = np.arange(1, _LOWER_DEGREE + 2)
     local = local_polynomials(time, x, _LOWER_DEGREE)[:-1] / powers
     steps = (local * np.diff(time)[:, None] ** powers).sum(axis=1)

@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 def readings(
     parts: Sequence[Part], understood: Mapping[str, Understanding]
 ) -> Iterator[Mapping[str, Understanding]]:
-    """Yield interpretations of a file, the likeliest by the exact motion first.
+    """Yield interpretations of a file, beginning with the one that fits the exact motion best.
 
     These are: the definitions that fit best; the default definitions; these with the signs of rates
     that agree with their angles; and these with the opposite sign of steer.
@@ -39,7 +39,7 @@ def readings(
 def other_definitions(
     understood: Mapping[str, Understanding], keys: Sequence[str]
 ) -> Iterator[Mapping[str, Understanding]]:
-    """Yield interpretations of some columns by other definitions, the likeliest first.
+    """Yield interpretations of some columns with other definitions, the likeliest first.
 
     Definitions that are far less likely than the likeliest one are skipped.
     """

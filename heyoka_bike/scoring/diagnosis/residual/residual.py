@@ -72,8 +72,7 @@ GROUPS = tuple(
 )
 """Parameters that a mistake changes together: the inertia of a body, or its mass and its centre."""
 
-# Limit for equations that have no solution: a residual relative to the accelerations that is never
-# exceeded.
+# Relative residual of equations that have no solution. Larger residuals are reduced to it.
 _NO_LIMIT = 1e9
 _METHOD = step_log.Step("method", "which integrator's error explains the residual?")
 _TINY = float(np.finfo(np.float64).tiny)
@@ -150,7 +149,7 @@ class Residual:
         self._right = self.of(program)
         self.floors = digits
         rest = self._left(self._right)
-        # A negligible residual needs no further cause.
+        # Raise the limits to the size of a negligible residual, which needs no further cause.
         self.floors = np.hypot(digits, THRESHOLDS.negligible_error * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
@@ -177,7 +176,7 @@ class Residual:
 
     @cached_property
     def fitted(self) -> tuple[Hypothesis, ...]:
-        """Fitted values of one, two and three unknowns, if more values explain more than fewer.
+        """Fitted values of one, two or three unknowns that explain the residual.
 
         Empty if none explains more than the library does. If these leave a force, laws of the state
         are fitted, too.
@@ -197,17 +196,17 @@ class Residual:
 
     @cached_property
     def _of_unknowns(self) -> tuple[Hypothesis, ...]:
-        """`fitted` without laws of the state."""
+        """The fitted values as in `fitted`, but without laws of the state."""
         return self._fitted(UNKNOWNS)
 
     @property
     def limit(self) -> float:
-        """Largest possible relief: that of a cause that leaves only unresolved residuals."""
+        """Largest possible relief: that of a cause that leaves the resolution limit only."""
         return self._relief(self.observed)
 
     @cached_property
     def as_good_as_known(self) -> tuple[Hypothesis, ...]:
-        """Single parameters that explain nearly as much as the best mistake of the library."""
+        """Fitted single parameters that explain nearly as much as the best known mistake."""
         least = _largest_relief(*self.known) / CLEARLY
         found = self._fits().fewest(
             [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
@@ -246,7 +245,7 @@ class Residual:
 
     @cached_property
     def promise(self) -> float:
-        """Rank of an interpretation of the file: the best relief expected, divided by the residual.
+        """Rank of an interpretation of the file: largest expected relief, divided by the residual.
 
         The relief is that of the library, or of one unknown to first order.
         """
@@ -278,7 +277,7 @@ class Residual:
 
     @property
     def log_odds(self) -> float:
-        """Log odds of the likeliest cause; at least 0, the value for "none of these"."""
+        """Log odds of the likeliest cause; at least 0, the value for "none of the known causes"."""
         return max([0.0, *(h.log_odds for h in (*self.known, *self.fitted))])
 
     @property
@@ -293,7 +292,7 @@ class Residual:
 
     @property
     def is_met(self) -> bool:
-        """True if the residual of the exact equations is within its resolution limit."""
+        """True if the file's motion satisfies the exact equations within the resolution limits."""
         return bool(np.all(self._before * self._sizes <= MAX_ROUNDING_FLOORS * self.floors))
 
     def leaves_force(self, relief: float) -> bool:
@@ -310,7 +309,7 @@ class Residual:
 
     @cached_property
     def acts_in(self) -> str:
-        """The equation in which the residual is largest, as a generalised force.
+        """Name of the equation in which the residual is largest, as a generalised force.
 
         The generalised force is the mass matrix times the residual accelerations. It is compared
         relative to the one of the accelerations themselves, as a geometric mean over the maneuvers.
@@ -329,18 +328,19 @@ class Residual:
             )
             found.append(np.log(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1)))
         shares = np.mean(found, axis=0)
-        # A residual that exceeds the acceleration itself indicates that a column was read wrongly.
+        # A residual that exceeds the acceleration itself indicates that a column was read wrongly,
+        # so prefer other equations.
         told = shares if np.min(shares) > 0.0 else np.where(shares > 0.0, -np.inf, shares)
         return self.equations[int(np.argmax(told))]
 
     @property
     def definitions(self) -> Mapping[str, str]:
-        """Names of the columns of `STATE_KEYS`, by the interpretation of the file."""
+        """Names of the columns of `STATE_KEYS`, under the interpretation of the file."""
         return self.motions[0].definitions
 
     @property
     def best(self) -> Hypothesis | None:
-        """As few causes as explain nearly all of the residual; None if none do.
+        """The hypothesis with the fewest causes that explains nearly all of the residual, or None.
 
         If a force remains, several causes together do not count: each explains a share of it.
         """
@@ -376,7 +376,7 @@ class Residual:
         return self._averages(each)
 
     def _averages(self, accelerations: Array) -> Array:
-        """Averages, shape (n,), of accelerations at the rows of all motions, shape (3, rows)."""
+        """Average accelerations of all motions, shape (3, rows), over windows: shape (n,)."""
         parts = np.split(accelerations[: len(self.equations)], self._ends, axis=1)
         return np.concatenate(
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
@@ -397,7 +397,7 @@ class Residual:
         return Moving(equations, state, dict(unturned))
 
     def _left(self, accelerations: Array) -> Array:
-        """Root mean square of the residual in each block, relative to the size of the block."""
+        """Return the RMS residual of each block, relative to the size of the block."""
         with np.errstate(all="ignore"):
             rows = self.weighted(self.observed - accelerations)
             squares = np.array([np.mean(x**2) for x in rows]) + self.floors**2
@@ -487,7 +487,7 @@ class Residual:
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
-        """Blocks of the residual with the accelerations of each program."""
+        """Return the blocks of the residual that remain with the accelerations of each program."""
         return [self.weighted(self.observed - self._tried(p)) for p in programs]
 
     def _tried(self, program: Program) -> Array:
@@ -497,7 +497,7 @@ class Residual:
 
     @cached_property
     def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
-        """Initial states and their scatter, see `start_shown`, by maneuver that has first rows."""
+        """Initial states with their scatter, see `start_shown`, by maneuver that has first rows."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
         # Motions that have become unstable give infinite values or NaN. Suppress the warnings about
         # them.
@@ -505,7 +505,7 @@ class Residual:
             return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
-        """Return mistakes of the start that are nearer to the file's start than the given one."""
+        """Return mistakes with initial conditions nearer to the file's than the given ones are."""
         own = {m.number: self._starts_shown[m.number][0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
@@ -531,8 +531,8 @@ class Residual:
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
-            # A fitted value differs from the given one if its change exceeds the scatter of the
-            # rows, and is not negligible relative to the largest change.
+            # A value counts as different if its change exceeds the scatter of the rows, and is not
+            # negligible relative to the largest change.
             least = (
                 THRESHOLDS.start_scatter_factor * scatter
                 + TOLERANCE * np.max(np.abs(off) / size) * size
@@ -559,5 +559,5 @@ def _rms(x: Array) -> float:
 
 
 def _given(program: Program, number: int) -> Array:
-    """Columns of `observed.STATE_KEYS` at the start of a maneuver, as given."""
+    """Return the given columns of `observed.STATE_KEYS` at the start of a maneuver."""
     return np.delete(np.array(beginning(program, number)), 1)
