@@ -1,7 +1,7 @@
 """Faults of the rows in a file whose motion has a cause of its own.
 
-The looks at the rows compare a file with the exact motion. Once a cause of the file's motion is
-found, its motion takes the place of the exact one, and the same looks are asked again. If a fault
+Sources compare the rows of a file with the exact motion. Once a cause of the file's motion is
+found, its motion takes the place of the exact one, and the same sources look again. If a fault
 hides the cause, the search leaves out the rows or the rate that contradict the rest of the file.
 """
 

@@ -1,7 +1,10 @@
-"""The looks at the rows that a diagnosis takes before it simulates anything, in their order.
+"""The sources that look at the rows before a diagnosis simulates anything, in their order.
 
-To add one, write a function in a module of `scoring.rows` that returns the evidence and the
-corrected rows. Add a line here, and the class of its evidence in `scoring.evidence`.
+Each source looks at the rows that the sources before it have corrected. So an earlier source may
+explain a fault that a later one explains better. A fault of one column seldom needs a source of its
+own: see `column_faults`. To add a source, write a function in a module of `scoring.rows` that
+returns the evidence and the corrected rows. Add a line here, and the class of its evidence in
+`scoring.evidence`.
 """
 
 from dataclasses import dataclass
@@ -36,9 +39,10 @@ class Source(Step):
     Attributes
     ----------
     look : RowCheck
+        The function that looks for the fault.
     is_of_motion
-        True if the look compares the rows with the exact motion. If the file has another motion,
-        it is asked again with that motion in its place.
+        True if the source compares the rows with the exact motion. If the file has another motion,
+        the source looks again, with that motion in place of the exact one.
     """
 
     look: RowCheck

@@ -1,4 +1,4 @@
-"""The result of a look at the rows (`Undone`), and functions on columns that several looks use."""
+"""The result of a source (`Undone`), and functions on columns that several sources use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Place
 
 @dataclass(frozen=True, slots=True)
 class Undone:
-    """The changes that a look found in the rows, and the rows with these changes undone.
+    """The changes that a source found in the rows, and the rows with these changes undone.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """Wrong times: whether the rows of a file are right at times other than those written.
 
-There are four looks, and each fits only as many unknowns as the columns determine: times that are
+There are four sources, and each fits only as many unknowns as the columns determine: times that are
 multiples of a step (no unknown), one scale for the whole file (one unknown), a scale and a shift
 for each maneuver (two unknowns), and a time for each row.
 """
