@@ -2,7 +2,8 @@
 
 Every usual mistake is made by another integrator (`mistaken_programs`), with a smooth error of each
 level of the columns' scales added, and diagnosed. Run as a script, this writes the table, which
-takes long; `--kept` lets it go on where it was ended.
+takes long; `--kept` lets it go on where it was ended. `--new` diagnoses only the mistakes that the
+page lacks, and keeps the other answers of the page.
 """
 
 import argparse
@@ -165,9 +166,16 @@ def main():
         type=Path,
         help="file of what was said, a line each: what is in it is not made again",
     )
+    words.add_argument(
+        "--new", action="store_true", help="diagnose only the mistakes that the page lacks"
+    )
     asked = words.parse_args()
     lines = asked.kept.read_text("ascii").splitlines() if asked.kept and asked.kept.exists() else []
     known = {tuple(head.split(" ")): told for head, told in (x.split(": ", 1) for x in lines)}
+    if asked.new:
+        known |= {
+            (name, code): told for code, of in committed().items() for name, told in of.items()
+        }
 
     def report(name, code, told):
         line = f"{name} {code}: {told}"

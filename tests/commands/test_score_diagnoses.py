@@ -108,7 +108,7 @@ def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values
     out = " ".join(capsys.readouterr().out.split())
     assert said in out
     assert "A simulation with this agrees" not in out
-    assert "parameter explains the error" not in out
+    assert not re.search("explains? the error:", out)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,8 @@ def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
     table = np.loadtxt(PEERS / "exudyn-h0.01.txt")[rows]
     np.savetxt(tmp_path / "x.txt", table, "%.12g")
     assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
-    assert "parameter explains the error" not in capsys.readouterr().out
+    out = " ".join(capsys.readouterr().out.split())
+    assert not re.search("explains? the error:", out)
 
 
 @pytest.mark.proof

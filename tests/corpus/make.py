@@ -2,23 +2,26 @@
 
 Needs ``pip install symbrim exudyn scipy h5py``. `runs.h5` has few rows of most runs. With
 ``--full`` a file of all rows is also written, which `files` accepts as its second argument.
+``--only NAME`` computes one run, adds it to `runs.h5` or replaces it there, and needs only the
+program of this run.
 """
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from corpus import exudyn_runs, linear_runs, newton_runs, symbrim_runs
 from corpus.benchmark import COLUMNS, MANEUVERS, TIMES, Array, Run
 
 HERE = Path(__file__).resolve().parent
-RUNS = (*symbrim_runs.RUNS, *exudyn_runs.RUNS, *newton_runs.RUNS, *linear_runs.RUNS)
+PROGRAMS = ("symbrim", "exudyn", "newton", "linear")
+"""Beginnings of the names of runs, and of the modules ``*_runs`` that define them."""
 
 FALLEN = 1.2
 """Roll angle at which a file ends [rad]."""
@@ -30,9 +33,24 @@ _TIGHT = ("1e-12", "1e-13", "1e-10", "exponential")
 _ALSO = {"symbrim-rear-not-rotated": ("speed_contact_global_x",)}
 
 
-def computed() -> Iterator[tuple[Run, Mapping[str, Array]]]:
+def runs_of(program: str) -> Sequence[Run]:
+    """The runs of one program, which has to be installed."""
+    runs: Sequence[Run] = import_module(f"corpus.{program}_runs").RUNS
+    return runs
+
+
+def run_called(name: str) -> Run:
+    """The run with this name."""
+    program = name.split("-")[0]
+    named = {run.name: run for run in runs_of(program)} if program in PROGRAMS else {}
+    if name not in named:
+        raise SystemExit(f"{name}: no such run; its name begins with one of {', '.join(PROGRAMS)}")
+    return named[name]
+
+
+def computed(runs: Iterable[Run]) -> Iterator[tuple[Run, Mapping[str, Array]]]:
     """Each run, and its columns of shape (maneuvers, rows)."""
-    for run in RUNS:
+    for run in runs:
         blocks = [run.compute(m) for m in range(len(MANEUVERS))]
         print(run.name, flush=True)
         found = {name: np.array([block[name] for block in blocks]) for name in blocks[0]}
@@ -71,14 +89,22 @@ def store(file: h5py.File, run: Run, found: Mapping[str, Array], is_full: bool) 
 
 
 def main(arguments: Sequence[str]) -> None:
+    if arguments[:1] == ["--only"]:
+        with h5py.File(HERE / "runs.h5", "a") as few:
+            for run, found in computed([run_called(arguments[1])]):
+                if run.name in few:
+                    del few[run.name]
+                store(few, run, found, is_full=False)
+        return
+    runs = [run for program in PROGRAMS for run in runs_of(program)]
     full = Path(arguments[1]) if arguments[:1] == ["--full"] else None
     with h5py.File(HERE / "runs.h5", "w") as few:
         if full is None:
-            for run, found in computed():
+            for run, found in computed(runs):
                 store(few, run, found, is_full=False)
             return
         with h5py.File(full, "w") as every:
-            for run, found in computed():
+            for run, found in computed(runs):
                 store(few, run, found, is_full=False)
                 store(every, run, found, is_full=True)
 

@@ -9,9 +9,11 @@ from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.cause_words import count_words
 from heyoka_bike.scoring.diagnosis.conclusions import Integrator
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL, is_plausible
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.error_shape import BeginsAs, EnergyKept
 from heyoka_bike.scoring.findings import info
@@ -55,6 +57,22 @@ def test_forces_that_store_no_energy_leave_the_potential_energy_as_it_is():
     stores = {"steer_stiffness", "roll_stiffness", "slope_along", "slope_across", "crown"}
     assert not stores & WITHOUT_POTENTIAL
     assert FORCES.keys() > WITHOUT_POTENTIAL
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["mB"], "one parameter explains"),
+        (["mB", "crown"], "two parameters explain"),
+        (["steer_damping"], "one force explains"),
+        (["air_drag", "steer_by_steer_rate_steer_rate"], "two forces explain"),
+        (["no_spin_moment_F"], "one term explains"),
+        (["mB", "air_drag"], "two causes explain"),
+        (["mB", "g", "w", "c"], "these explain"),
+    ],
+)
+def test_a_force_is_not_called_a_parameter(names, said):
+    assert count_words([FittedValue(name, None, 1.0, 0.0, 0.0) for name in names]) == said
 
 
 def test_a_method_that_is_only_the_nearest_asks_for_no_smaller_step():

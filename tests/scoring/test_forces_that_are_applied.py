@@ -8,7 +8,12 @@ from corpus.newton_model import B, F, H, Program, R
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, Moving, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.forces import (
+    FORCES,
+    OF_THE_STATE,
+    Moving,
+    rates_altered,
+)
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
@@ -28,9 +33,26 @@ AMOUNTS = {
     "steer_by_steer_angle_steer_angle_steer_angle": -300.0, "steer_by_steer_rate_steer_rate": -2.0,
     "no_spin_moment": 0.3, "no_spin_moment_R": 0.3, "no_spin_moment_F": 0.3,
     "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
+    "gyroscopic": 0.3, "gyroscopic_B": 1.0, "gyroscopic_H": 40.0, "roll_torque": 1.0,
+    "roll_stiffness": 10.0, "hub_push": 2.0, "whole_push": 2.0,
     "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
 }  # fmt: skip
 """Amounts of the forces that can be applied to the other program as external forces."""
+_ACCELERATION = "it depends on accelerations, which the other program does not know in advance"
+_SQUARE = "it is the square of the hub's speed times a law that is applied"
+_ROUND = (
+    "the other program has knife-edge wheels; the potential energy of the tyres is tested below"
+)
+NOT_APPLIED = {
+    **dict.fromkeys(("frame_drag", "hub_drag", "whole_drag", "ground_drag", "air_lift"), _SQUARE),
+    **dict.fromkeys(("speed_held", "spin_held", "steer_rotor"), _ACCELERATION),
+    **dict.fromkeys([f"centrifugal_{b}" for b in ("RBHF", *"RBHF")], _ACCELERATION),
+    **dict.fromkeys(("crown", "crown_R", "crown_F"), _ROUND),
+    **dict.fromkeys(("side_B", "side_H"), "it moves a mass, whose energy is tested below"),
+    "ground_push": "its point belongs to no body of the other program",
+    "steer_friction": "it jumps at a steer rate of zero, and steps of 0.01 s do not resolve this",
+}  # fmt: skip
+"""Reasons why other forces are not applied to the other program."""
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
 FRAME = {R: B, F: H, B: B, H: H}
 GRAVITY = 9.81
@@ -112,8 +134,15 @@ def applied(name, amount, program):
     }
     bodies = {
         "roll_damping": lambda i, m, t, a, v, w, h: (0.0, -(i == B) * (w[B] @ h) * h),
+        "roll_torque": lambda i, m, t, a, v, w, h: (0.0, (i == B) * h),
+        "roll_stiffness": lambda i, m, t, a, v, w, h: (
+            0.0,
+            -(i == B) * np.arcsin((a @ AXLE)[2]) * h,
+        ),
         "air_drag": lambda i, m, t, a, v, w, h: (-(i == B) * np.linalg.norm(v) * v, 0.0),
         "frame_push": lambda i, m, t, a, v, w, h: ((i == B) * h, 0.0),
+        "hub_push": lambda i, m, t, a, v, w, h: ((i == R) * h, 0.0),
+        "whole_push": lambda i, m, t, a, v, w, h: (m / sum(program._masses()) * h, 0.0),
         "side_wind": lambda i, m, t, a, v, w, h: ((i == B) * across, 0.0),
         "slope_along": lambda i, m, t, a, v, w, h: (-m * GRAVITY * along, 0.0),
         "slope_across": lambda i, m, t, a, v, w, h: (-m * GRAVITY * across, 0.0),
@@ -126,7 +155,7 @@ def applied(name, amount, program):
         "weight": lambda i, m, t, a, v, w, h: (-(i == body) * m * GRAVITY * DOWN, 0.0),
         "wheels_weight": lambda i, m, t, a, v, w, h: (-(i in (R, F)) * m * GRAVITY * DOWN, 0.0),
         "no_spin_moment": gyroscopic(wheels, by_frame=True),
-        "gyroscopic": gyroscopic(wheels, by_frame=False),
+        "gyroscopic": gyroscopic((B, H, R, F) if body is None else (body,), by_frame=False),
         "wheels_gyroscopic": gyroscopic((R, F), by_frame=False),
         "frames_gyroscopic": gyroscopic((B, H), by_frame=False),
     }
@@ -216,8 +245,16 @@ def test_a_diagnosis_names_them(reference):
     assert change["value"] == pytest.approx(0.04, rel=1e-5)
 
 
+def test_a_new_force_is_applied_to_the_other_program():
+    assert {*AMOUNTS, *NOT_APPLIED} <= set(FORCES)
+    missing = FORCES.keys() - OF_THE_STATE.keys() - AMOUNTS.keys() - NOT_APPLIED.keys()
+    assert not missing, (
+        f"{sorted(missing)}: add an amount to AMOUNTS and the law for rigid bodies to `applied`; "
+        "if the other program cannot have this force, add the reason to NOT_APPLIED"
+    )
+
+
 def test_every_force_says_what_it_is():
-    assert set(AMOUNTS) <= set(FORCES)
     for name, force in FORCES.items():
         assert force.says, name
         assert force.is_part == (force.unit == "1"), name

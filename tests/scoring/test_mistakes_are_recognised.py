@@ -24,7 +24,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
-from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
+from recognised_table import HYPOTHESES, READ_OFF_THE_FILE, committed, is_right, table
 from support.said import said_of
 
 BY_CODE = {m.code: m for m in MISTAKES}
@@ -217,6 +217,14 @@ def test_errors_of_crude_methods_are_no_mistake(
 def test_the_reference_needs_no_explanation(reference):
     found = diagnose(made(reference), reference)
     assert [f.code for f in found.diagnosis] == ["nothing_to_explain"]
+
+
+def test_the_page_has_every_mistake():
+    codes = [m.code for m in HYPOTHESES]
+    assert [*committed()] == codes, (
+        "docs/reference/mistakes.md lacks a mistake or has one too many: run "
+        "`python docs/_site/recognised_table.py --new`"
+    )
 
 
 @pytest.mark.slow

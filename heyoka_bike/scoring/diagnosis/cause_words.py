@@ -21,11 +21,21 @@ _LEAST_UNCERTAINTY_SHOWN = 1e-6
 _NEARLY_ALL = 0.02
 _INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
 _BODIES = {"B": "rear frame", "H": "fork"}
+_COUNTS = {1: "one", 2: "two", 3: "three"}
 
 
 def mistakes_words(mistakes: Sequence[Cause]) -> str:
     """Describe some causes, each by its fitted values or by what the program does."""
     return ", and ".join(_values_words(m.found) if m.found else m.says for m in mistakes)
+
+
+def count_words(found: Sequence[FittedValue]) -> str:
+    """Say how many parameters, forces or terms explain an error, as "two forces explain"."""
+    if len(found) not in _COUNTS:
+        return "these explain"
+    nouns = {_noun(x.name) for x in found}
+    noun = nouns.pop() if len(nouns) == 1 else "cause"
+    return f"{_COUNTS[len(found)]} {noun}" + (" explains" if len(found) == 1 else "s explain")
 
 
 def share_words(share: float) -> str:
@@ -73,6 +83,14 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
             "without moving them to the common centre of mass"
         )
     return ""
+
+
+def _noun(name: str) -> str:
+    """Say whether a fitted value is a parameter, a force or a term of the equations."""
+    force = FORCES.get(name)
+    if force is None or force.is_property:
+        return "parameter"
+    return "term" if force.is_part else "force"
 
 
 def _values_words(found: Sequence[FittedValue]) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.cause_words import (
     UNIT_OF_VALUE,
+    count_words,
     inertia_words,
     mistakes_words,
     relief_words,
@@ -32,7 +33,6 @@ from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR
 
-_COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
 _CHECK_FORCES = (
     "The only applied force of the benchmark is gravity. Check which other forces your program "
     "applies, by default or in its joints, and that its equations have all terms"
@@ -90,7 +90,7 @@ class Explained(Evidence):
         first, *others = self.hypotheses
         said = mistakes_words(first.mistakes)
         if first.found and self.rest is None:
-            said = f"{_COUNTS.get(len(first.found), 'these explain')} the error: {said}"
+            said = f"{count_words(first.found)} the error: {said}"
         said += inertia_words(first.found)
         begins = "" if self.rank == 1 else "a less likely cause: "
         if self.rank == 1 and self.rest is not None:

@@ -1,7 +1,10 @@
 """The row checks that a diagnosis runs before it simulates anything, in this order.
 
-To add a row check, write a function in a module of `scoring.rows` that returns the evidence and the
-corrected rows. Add a line here, and the class of its evidence in `scoring.evidence`.
+Each row check works on the rows that the checks before it have corrected. So an earlier check may
+explain a fault that a later one explains better. A fault of one column seldom needs a check of its
+own, see `column_faults`. To add a row check, write a function in a module of `scoring.rows` that
+returns the evidence and the corrected rows. Add a line here, and the class of its evidence in
+`scoring.evidence`.
 """
 
 from dataclasses import dataclass
@@ -36,6 +39,7 @@ class Source(Step):
     Attributes
     ----------
     look : RowCheck
+        The function that looks for the fault.
     is_of_motion
         True if the check compares the rows with the exact motion. If the motion in the file is
         wrong, the check is repeated with the simulated motion of the cause instead.

@@ -9,6 +9,9 @@ row checks takes milliseconds, so they precede all simulations.
 A row check returns its evidence, and the corrected rows: with the fault undone, a useless column
 removed, or the digits replaced with a grid. The corrected rows are then diagnosed like any file. So
 the fault is reported as a cause, and the error that it does not explain is reported separately.
+
+To add a fault of a column that is a function of the exact values, write a function like `_unsigned`
+that returns a `_Deviation`. Add it to `_COLUMN_FAULTS`, and its evidence to `_evidence`.
 """
 
 from __future__ import annotations
@@ -95,15 +98,16 @@ def deviating_columns(report: Report) -> Undone | None:
         has_enough = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
         # A constant column is not a function of the exact values, but may have been written in
         # place of a different column.
-        ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
+        faults = _COLUMN_FAULTS if np.ptp(c.trace.value) else _COLUMN_FAULTS[:1]
         if is_right_column(c) or not has_enough or (m.maneuver, c.key) in others:
             continue
         best = BY_FAR
-        for describe in ways:
+        for describe in faults:
             if (deviation := describe(m, c, report)) is None:
                 continue
             rows = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[rows])
+            # The relief is the factor by which the fault reduces the error of the column.
             relief = rms(c.trace.error[rows]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
             # Simpler deviations are tried first. A deviation that is tried later must explain
             # clearly more.
@@ -301,7 +305,11 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     return best[1] if best else None
 
 
-_WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
+_COLUMN_FAULTS = (_another, _unsigned, _ratio, _clipped, _averaged)
+"""Functions that describe the deviation which one fault makes in a column; None if it makes none.
+
+They are tried in this order, the simplest fault first.
+"""
 
 
 def single_rows(report: Report) -> Undone | None:
@@ -464,12 +472,12 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
         yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in where), int(count))
     by_key = grouped((key, n) for n, key in found)
     for key, numbers in by_key.items():
-        ways = grouped(
+        alike = grouped(
             ((d.how, d.other, d.of, *(float(f"{x:.5g}") for x in d.about)), n)
             for n in numbers
             for d in (found[n, key],)
         )
-        for (how, other, number, *_), of in ways.items():
+        for (how, other, number, *_), of in alike.items():
             about = found[of[0], key].about
             if how == "another":
                 yield OtherColumn(

@@ -330,6 +330,11 @@ class Force:
         Additional forces that are multiplied by the square of the coefficient.
     is_inertial
         True if the law is linear in the accelerations.
+    stores_energy
+        False if the potential energy remains that of gravity. If True, the potential energy is not
+        compared, because programs define the stored energy in different ways.
+    is_property
+        True if messages call the coefficient a parameter: a length, an angle or an inertia.
     """
 
     says: str
@@ -342,6 +347,8 @@ class Force:
     turned: Law | None = None
     squared: Law | None = None
     is_inertial: bool = False
+    stores_energy: bool = True
+    is_property: bool = False
 
 
 PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
@@ -545,9 +552,11 @@ _POINTS_OF_FORCES: tuple[tuple[str, str, Law], ...] = (
 """Points of forces along the heading: name, words, and unit force."""
 
 
-def _part(says: str, law: Law, *, is_fitted: bool = True) -> Force:
+def _part(says: str, law: Law, *, is_fitted: bool = True, stores_energy: bool = False) -> Force:
     """Make a term that may be missing, wholly or in part."""
-    return Force(says, "1", 0.1, law, is_part=True, is_fitted=is_fitted)
+    return Force(
+        says, "1", 0.1, law, is_part=True, is_fitted=is_fitted, stores_energy=stores_energy
+    )
 
 
 _ALONG = (
@@ -588,7 +597,12 @@ def _of_the_state() -> dict[str, Force]:
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
-            found[name] = Force(says, unit, 1.0, _along(i, names, power), is_fitted=False)
+            # A constant force, or one that depends on an angle, may have a potential.
+            stores_energy = not (names or power) or any("angle" in x for x in names)
+            found[name] = Force(
+                says, unit, 1.0, _along(i, names, power), is_fitted=False,
+                stores_energy=stores_energy,
+            )  # fmt: skip
     return {name: force for name, force in found.items() if name not in _NAMED_OTHERWISE}
 
 
@@ -597,28 +611,32 @@ OF_THE_STATE = _of_the_state()
 
 FORWARD: Mapping[str, Force] = {
     "air_drag": Force("drag coefficient (force / squared speed) at the rear frame's centre of mass",
-                      "kg m-1", 0.1, _drag("v_B")),
+                      "kg m-1", 0.1, _drag("v_B"), stores_energy=False),
     **{name: force for where, point, law in _POINTS_OF_FORCES for name, force in (
         (f"{where}_drag", Force(f"drag coefficient (force / squared forward speed) at the {point}",
-                                "kg m-1", 0.1, _forward_drag(law))),
-        (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
+                                "kg m-1", 0.1, _forward_drag(law), stores_energy=False)),
+        (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law,
+                                stores_energy=False)))},
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
-                         _slope_of_ground(_AHEAD_AXIS), turned=_weightless("RBHF")),
+                         _slope_of_ground(_AHEAD_AXIS), turned=_weightless("RBHF"),
+                         is_property=True),
     **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
-                                     _on_axles(wheels, lambda rate: -rate))
+                                     _on_axles(wheels, lambda rate: -rate), stores_energy=False)
        for end, wheels, each, _ in _BRAKED_WHEELS},
     **{f"brake{end}": Force(f"constant torque that brakes {each} against its frame", "N m", 0.1,
-                            _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate))
+                            _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate),
+                            stores_energy=False)
        for end, wheels, each, _ in _BRAKED_WHEELS},
     **{f"rolling_resistance{end}": Force(f"constant torque of the ground that brakes {each}",
-                                         "N m", 0.1, _from_ground(wheels))
+                                         "N m", 0.1, _from_ground(wheels), stores_energy=False)
        for end, wheels, each, _ in _BRAKED_WHEELS},
     "velocity_damping": Force("rate at which all velocities and angular velocities are damped",
-                              "s-1", 0.01, lambda m: {**_decay(m), **_spin_down(m)}),
+                              "s-1", 0.01, lambda m: {**_decay(m), **_spin_down(m)},
+                              stores_energy=False),
     "linear_damping": Force("rate at which the velocities of all bodies' centres are damped",
-                            "s-1", 0.01, _decay),
+                            "s-1", 0.01, _decay, stores_energy=False),
     "angular_damping": Force("rate at which all angular velocities are damped", "s-1", 0.01,
-                             _spin_down),
+                             _spin_down, stores_energy=False),
     "speed_held": _part("change of the rear wheel's speed (a drive holds the speed)", _held_speed),
     "spin_held": _part("change of the rear wheel's rate against the frame (a motor holds it)",
                        _held_spin),
@@ -628,53 +646,59 @@ FORWARD: Mapping[str, Force] = {
 FORCES: Mapping[str, Force] = {
     **FORWARD,
     "steer_rotor": Force("inertia of a rotor that turns with the steer axis (armature)", "kg m2",
-                         1e-3, lambda _: {}, turns_with=1),
+                         1e-3, lambda _: {}, turns_with=1, is_property=True),
     "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
-                           _along(1, ["steer rate"], sign=-1.0)),
+                           _along(1, ["steer rate"], sign=-1.0), stores_energy=False),
     "steer_stiffness": Force("stiffness of a spring on the steer axis", "N m", 1.0,
                              _along(1, ["steer angle"], sign=-1.0)),
     "steer_torque": Force("constant torque on the steer axis, to the right", "N m", 0.1,
                           _along(1)),
     "steer_friction": Force("dry friction of the steer axis", "N m", 0.1, lambda m: {
-        "rates": (0.0, -np.tanh(m.state[4] / 1e-4), 0.0)}),
+        "rates": (0.0, -np.tanh(m.state[4] / 1e-4), 0.0)}, stores_energy=False),
     "roll_damping": Force("damping of the roll", "N m s", 1.0,
-                          _along(0, ["roll rate"], sign=-1.0)),
+                          _along(0, ["roll rate"], sign=-1.0), stores_energy=False),
     "roll_stiffness": Force("stiffness of a spring against the roll", "N m", 1.0,
                             _along(0, ["roll angle"], sign=-1.0)),
     "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
                          _along(0)),
     "air_lift": Force("lift coefficient (force / squared speed) at the rear frame's centre of mass",
-                      "kg m-1", 0.1, lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
+                      "kg m-1", 0.1, lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))},
+                      stores_energy=False),
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
-                          _slope_of_ground(_SIDE), turned=_weightless("RBHF")),
-    "crown": Force("radius of the tyres' cross-section", "m", 1e-3, _crown("BH")),
-    "crown_R": Force("radius of the rear tyre's cross-section", "m", 1e-3, _crown("B")),
-    "crown_F": Force("radius of the front tyre's cross-section", "m", 1e-3, _crown("H")),
+                          _slope_of_ground(_SIDE), turned=_weightless("RBHF"), is_property=True),
+    **{f"crown{end}": Force(f"radius of the {whose} cross-section", "m", 1e-3, _crown(frames),
+                            is_property=True)
+       for end, whose, frames in (("", "tyres'", "BH"), ("_R", "rear tyre's", "B"),
+                                  ("_F", "front tyre's", "H"))},
     "scrub_R": Force("damping of the rear tyre about the vertical (torque / yaw rate)", "N m s",
-                     0.1, _scrub("B")),
+                     0.1, _scrub("B"), stores_energy=False),
     "scrub_F": Force("damping of the front tyre about the vertical (torque / yaw rate)", "N m s",
-                     0.1, _scrub("H")),
+                     0.1, _scrub("H"), stores_energy=False),
     **{f"side_{b}": Force(f"distance of the {_BODIES[b]}'s centre of mass to the right of the "
                           "plane of symmetry", "m", 1e-3, _to_the_side(b),
-                          squared=_to_the_side_squared(b), is_inertial=True)
+                          squared=_to_the_side_squared(b), is_inertial=True,
+                          is_property=True)
        for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},
+    # Only with `gyroscopic` is the potential energy compared.
     **{name: _part(f"gyroscopic torque w x (I w) of {whose}", _without_euler(bodies),
-                   is_fitted=False)
+                   is_fitted=False, stores_energy=name != "gyroscopic")
        for name, whose, bodies in (("gyroscopic", "all bodies", "RBHF"),
                                    ("frames_gyroscopic", "rear frame and fork", "BH"),
                                    ("wheels_gyroscopic", "the wheels", "RF"))},
     "centrifugal_RBHF": _part("centrifugal and Coriolis force of all bodies",
                               _without_centrifugal("RBHF")),
-    "wheels_weight": _part("weight of the wheels", _weightless("RF"), is_fitted=False),
+    "wheels_weight": _part("weight of the wheels", _weightless("RF"), is_fitted=False,
+                           stores_energy=True),
     **{f"{kind}_{b}": _part(f"{says} of the {name}", law(b),
                             # The term of a wheel is not fitted, because it nearly equals the moment
                             # of the wheel's spin.
-                            is_fitted=kind != "gyroscopic" or b in "BH")
+                            is_fitted=kind != "gyroscopic" or b in "BH",
+                            stores_energy=kind == "weight")
        for kind, says, law in (("gyroscopic", "gyroscopic torque w x (I w)", _without_euler),
                                ("centrifugal", "centrifugal and Coriolis force",
                                 _without_centrifugal),
@@ -684,14 +708,7 @@ FORCES: Mapping[str, Force] = {
 }  # fmt: skip
 """All forces by name."""
 
-WITHOUT_POTENTIAL = frozenset(
-    name
-    for name in FORCES
-    if (name in FORWARD and name != "slope_along")
-    or name in ("steer_damping", "steer_friction", "roll_damping", "air_lift")
-    or name.startswith(("scrub", "no_spin_moment", "gyroscopic", "centrifugal"))
-    or (name in OF_THE_STATE and "angle" not in name and ("rate" in name or "speed" in name[6:]))
-)
+WITHOUT_POTENTIAL = frozenset(name for name, x in FORCES.items() if not x.stores_energy)
 """Forces that store no energy, so that the potential energy remains that of gravity."""
 
 # Plausible missing fractions of a term, and the largest deviation of a fitted fraction from them.
