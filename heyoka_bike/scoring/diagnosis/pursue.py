@@ -30,6 +30,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS, run_check
 from heyoka_bike.scoring.diagnosis.search import (
     EVERYTHING,
     ONLY_EQUATIONS,
@@ -38,7 +39,6 @@ from heyoka_bike.scoring.diagnosis.search import (
     Plan,
     again,
 )
-from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
@@ -289,8 +289,8 @@ def pursue(
 
 def _end_of(pursuit: Pursuit) -> Answer:
     """Run all row checks, and then search for a cause by simulating programs."""
-    for source in SOURCES:
-        if (undone := looked(source, pursuit.view)) is not None:
+    for check in ROW_CHECKS:
+        if (undone := run_check(check, pursuit.view)) is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:
             return pursuit.answer
