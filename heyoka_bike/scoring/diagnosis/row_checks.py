@@ -65,7 +65,7 @@ ROW_CHECKS = (
         "are the numbers of a column those of another maneuver?",
         numbers_of_another_maneuver,
     ),
-    RowCheck("exchanged", "are angles or rates exchanged?", exchanged),
+    RowCheck("exchanged", "are angles or rates of roll and steer exchanged?", exchanged),
     RowCheck("differences", "is a rate a finite difference of its own angle?", own_differences),
     RowCheck("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
     RowCheck(
