@@ -431,7 +431,7 @@ class LeftOfEquations(Evidence):
             "programs"
         )
         if self.above <= _MAX_RATIO_OF_INTEGRATORS:
-            return f"{said}Few integrators cause this much: {much}"
+            return f"{said}Interpolated rows or an implicit integrator can cause this much: {much}"
         return f"{said}No known integrator causes this much: {much}"
 
     def numbers(self) -> Mapping[str, Any]:

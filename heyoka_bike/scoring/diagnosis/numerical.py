@@ -84,7 +84,8 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         # multistep method changes its order.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
-    if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
+    is_general = all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found)
+    if is_general and not _is_jumping(_roughness(c, hidden=0.0)):
         # An integrator could explain all evidence found so far, so also report that the error is
         # smooth.
         found = (*found, SmoothError(missing))
@@ -108,11 +109,7 @@ def _size(c: ColumnScore) -> float:
 def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:
     """Yield the evidence of an error that jumps from row to row: noise, ringing or iterations."""
     found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
-    jumping = {
-        place: r
-        for place, r in found.items()
-        if r is not None and r.shape.at_one < MEANINGLESS_ERROR and r.part > _LEAST_NOISE
-    }
+    jumping = {place: r for place, r in found.items() if r is not None and _is_jumping(r)}
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}
     wholly = [r for r in noisy.values() if r.part > _PART_OF_ROWS_ROUGH]
@@ -128,6 +125,13 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     # smaller jumps when its order changes.
     elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
+
+
+def _is_jumping(rough: _Rough | None) -> bool:
+    """True if a visible part of an error jumps from row to row."""
+    if rough is None:
+        return False
+    return rough.shape.at_one < MEANINGLESS_ERROR and rough.part > _LEAST_NOISE
 
 
 def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
@@ -151,12 +155,15 @@ def _rings(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
     return min(-rate.shape.at_one, rate.shape.at_two) > _ALTERNATING_PART
 
 
-def _roughness(c: ColumnScore) -> _Rough | None:
-    """Return the roughness of a column's error; None if it is not above the digits written."""
+def _roughness(c: ColumnScore, hidden: float = CLEARLY) -> _Rough | None:
+    """Return the roughness of a column's error; None if its digits can cause it.
+
+    Digits can cause a roughness of `hidden` times the resolution limit.
+    """
     if c.values < FEWEST_ROWS:
         return None
     found = roughness(c.trace.error, _PARTS_OF_RUN)
     spread = float(np.std(c.trace.error))
-    if found.size <= CLEARLY * (c.floor or 0.0) or not spread:
+    if found.size <= hidden * (c.floor or 0.0) or not spread:
         return None
     return _Rough(found.size / spread, found.size / (c.scale or 1.0), found)

@@ -39,6 +39,7 @@ from heyoka_bike.scoring.diagnosis.search import (
     Plan,
     again,
 )
+from heyoka_bike.scoring.evidence.as_compared import NeverFilled
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
@@ -254,7 +255,7 @@ class Pursuit:
     def whole_answer(self, end: Answer) -> Answer:
         """Combine the last answer with the evidence of the faults that were undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
-        is_rest = bool(self.seen)
+        is_rest = bool(self.seen) or any(isinstance(x, NeverFilled) for x in self.root.seen)
         more = (
             replace(x, is_rest=is_rest) if isinstance(x, ColumnsApart | RightElsewhere) else x
             for x in end.seen

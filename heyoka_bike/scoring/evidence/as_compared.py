@@ -340,7 +340,7 @@ class NeverFilled(Evidence):
         these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
         return (
             f"{', '.join(said)} in every row, although the exact values vary. {these} never filled "
-            f"in, so {are} left out of the result"
+            f"in, or lost digits, so {are} left out of the result"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import ANGLE_OF, BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of
 
@@ -61,6 +61,7 @@ def _unfilled(part: Part) -> dict[str, float]:
         for key, number in constant.items()
         if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(ANGLE_OF.get(key, "")))
         and _should_vary(part, key, number, bits)
+        and not _is_mechanical_energy(part, key, number)
     }
     # The sum of two energies that were never filled in was not computed either, although a constant
     # sum would be right.
@@ -69,6 +70,12 @@ def _unfilled(part: Part) -> dict[str, float]:
     if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
         found["mechanical_energy"] = total
     return empty | found
+
+
+def _is_mechanical_energy(part: Part, key: str, number: float) -> bool:
+    """True if another column contains the mechanical energy, which is constant in the benchmark."""
+    exact = float(part.reference.rows["mechanical_energy"][0])
+    return key != "mechanical_energy" and abs(number - exact) < RIGHT * exact
 
 
 def _runs_straight(part: Part) -> bool:

@@ -591,8 +591,10 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
     def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
         rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
-        # Each fitted value must reduce the error by `BY_FAR`.
-        return BY_FAR**count * rms(rest) < rms(c.trace.error)
+        # Each fitted value must reduce the error by `BY_FAR`, and also explain a column that is
+        # nearly zero, where the error is as large as the exact values.
+        least = min(rms(c.trace.error), rms(c.trace.value))
+        return BY_FAR**count * rms(rest) < least
 
     one = [
         Scaled(solved(both[:, :1], value)[0], 0.0),
