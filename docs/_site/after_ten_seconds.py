@@ -85,8 +85,8 @@ def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
     slowest = values[-1]
     return [
         *certified_rows(maneuver),
-        (f"speed of the motion at {end} s, minus the final speed [m/s]", f"{float(reached - v):.1e}",
-         f"computed with {digits} digits"),
+        (f"speed of the motion at {end} s, minus the final speed [m/s]",
+         f"{float(reached - v):.1e}", f"computed with {digits} digits"),
         *(
             (f"eigenvalue at the final speed, {name} [1/s]", f"`{mp.nstr(x.real, SHOWN)}`"
              + (f" +- `{mp.nstr(abs(x.imag), SHOWN)}` i" if x.imag else ""),
