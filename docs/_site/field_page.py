@@ -193,12 +193,12 @@ def left_out(document):
     programs = document["programs"].values()
     absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
     failed = [
-        f"{p['program']} ({'; '.join(r['words'] for r in runs)}: “{_reason(runs[0])}”)"
+        f"{p['program']} ({len(runs)}: “{_reason(runs[0])}”)"
         for p in programs if (runs := [r for r in p["runs"] if r["failure"]])
     ]  # fmt: skip
     said = [f"Programs that were not installed: {'; '.join(absent)}."] if absent else []
     if failed:
-        said.append(f"Failed runs, with the first message of each program: {'; '.join(failed)}.")
+        said.append(f"Failed runs, with their number and first message: {'; '.join(failed)}.")
     return " ".join(said) or "Every program was installed, and every run finished."
 
 

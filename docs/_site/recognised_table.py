@@ -142,9 +142,8 @@ def markdown(said, far, classes):
     ]
     for name, found in classes.items():
         groups = sorted(sorted(c) for c in found if "" not in c)
-        told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups) or "no such mistakes"
-        error = "without an error" if name == "none" else f"with an error of {name}"
-        lines.append(f"- {error}: {told}")
+        told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups)
+        lines += [f"- error {name}: {told}"] if told else []
     lines += [
         "",
         "| mistake | what the program does | moves | " + " | ".join(LEVELS) + " |",
