@@ -144,9 +144,9 @@ def moved(by):
 
 SECOND = r"Piece \[.*?Piece \["  # matches two segments, up to the coefficients of the second one
 DAMAGES = {
-    "the candidate begins elsewhere": swapped("Certificate3", r"Piece \[\[(-?\d+);", moved(2**30)),
-    "its polynomial is another": swapped("Certificate3", r"Piece \[\[-?\d+; (-?\d+)", moved(2**30)),
-    "the second piece jumps": swapped("Certificate3", SECOND + r"\[(-?\d+)", moved(2**30)),
+    "the candidate begins elsewhere": swapped("Certificate3", r"Piece \[\[(-?\d+);", moved(2**40)),
+    "its polynomial is another": swapped("Certificate3", r"Piece \[\[-?\d+; (-?\d+)", moved(2**40)),
+    "the second piece jumps": swapped("Certificate3", SECOND + r"\[(-?\d+)", moved(2**40)),
     "errors grow less": swapped("Certificate3", r"\]\] (\d+)", moved(-300)),
     "the frame is another": swapped("Certificate3", r"Certificate\s+\[\s+\[\((\d+) #", moved(1)),
     "the tube is wider": swapped(
@@ -154,7 +154,7 @@ DAMAGES = {
     ),
     "the claim is less": swapped("Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(2 * int(n))),
     "the claim is beyond the slopes": swapped(
-        "Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(int(n) // 1000)
+        "Certificate3", r"\) \(1 # (\d+)\)\.", lambda n: str(int(n) // 10**6)
     ),
     "the bound is less": entry_of_the_first_block,
     "another start": swapped("Certificate3", r"\((1, 20)\)", lambda _: "1, 21"),
@@ -185,11 +185,11 @@ def larger(by):
 # 3. The bound of speeds is 0.3 times that of the other columns.
 CHANGES = {
     "its time": lambda line: with_word(line, 0, larger("0.01")),
-    "the roll angle": lambda line: with_word(line, 17, larger("2e-12")),
-    "the roll rate": lambda line: with_word(line, 18, larger("-2e-12")),
-    "the speed": lambda line: with_word(line, 19, larger("6e-13")),
-    "the steer angle": lambda line: with_word(line, 23, larger("2e-12")),
-    "the steer rate": lambda line: with_word(line, 24, larger("-2e-12")),
+    "the roll angle": lambda line: with_word(line, 17, larger("2e-14")),
+    "the roll rate": lambda line: with_word(line, 18, larger("-2e-14")),
+    "the speed": lambda line: with_word(line, 19, larger("6e-15")),
+    "the steer angle": lambda line: with_word(line, 23, larger("2e-14")),
+    "the steer rate": lambda line: with_word(line, 24, larger("-2e-14")),
     "a decimal comma": lambda line: with_word(line, 24, lambda word: word.replace(".", ",")),
     "a sign": lambda line: with_word(line, 17, lambda word: f"-{word}"),
     "an exponent": lambda line: with_word(line, 17, lambda word: f"{word}e-01"),

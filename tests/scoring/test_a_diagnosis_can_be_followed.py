@@ -17,8 +17,8 @@ from heyoka_bike.scoring.diagnosis.budget import USUAL, Budget
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import other_values
+from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS
 from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH, again
-from heyoka_bike.scoring.diagnosis.sources import SOURCES
 from heyoka_bike.scoring.reading.results import Results
 
 LINE = re.compile(r"(.+?): (.+?\?) (.+) \((\d+\.\d\d) s\)")
@@ -32,7 +32,7 @@ def listed():
 
 def test_the_page_lists_every_step_with_its_question():
     pages = dict(listed())
-    every = (*SOURCES, *OF_WHAT_IS_WRITTEN, *SEARCH, *again([]).steps)
+    every = (*ROW_CHECKS, *OF_WHAT_IS_WRITTEN, *SEARCH, *again([]).steps)
     for step in every:
         question = pages[step.name]
         assert question.lower() == step.question.lower()

@@ -190,9 +190,9 @@ def soon(monkeypatch):
 
 @pytest.mark.timeout(120)
 def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, soon):
-    first, *_ = pursue.SOURCES
-    steps = (replace(first, look=turn_for_ever),)
-    monkeypatch.setattr(pursue, "SOURCES", steps)
+    first, *_ = pursue.ROW_CHECKS
+    steps = (replace(first, find=turn_for_ever),)
+    monkeypatch.setattr(pursue, "ROW_CHECKS", steps)
     begin = time.process_time()
     assert main(["diagnose", wrong(tmp_path), "--budget", "0.1"]) == 4
     assert time.process_time() - begin < 10.0
@@ -206,9 +206,9 @@ def test_what_was_seen_before_it_is_said(tmp_path, monkeypatch, soon):
     def look(report):
         return Undone((Mirrored((2,)),), tuple(m.part for m in report.maneuvers))
 
-    first, *_ = pursue.SOURCES
-    steps = (replace(first, look=look), replace(first, look=turn_for_ever))
-    monkeypatch.setattr(pursue, "SOURCES", steps)
+    first, *_ = pursue.ROW_CHECKS
+    steps = (replace(first, find=look), replace(first, find=turn_for_ever))
+    monkeypatch.setattr(pursue, "ROW_CHECKS", steps)
     found = diagnose(wrong(tmp_path), budget=0.1)
     assert codes(found) == ["mirrored", "stopped_early"]
     assert found.is_stopped_early

@@ -22,7 +22,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.sources import SOURCES
+from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS
 from heyoka_bike.scoring.rows.column_faults import bounded
 from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.score import score
@@ -508,7 +508,7 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
             scale = size * reference[n].scale(key)
             held[n][key] += scale * (time / 10) ** 2 * np.sin((2 + i / 3) * time + n)
     report = score(table(reference, held), reference)
-    assert not any(source.look(report) for source in SOURCES)
+    assert not any(check.find(report) for check in ROW_CHECKS)
 
 
 def test_rows_that_are_spread_are_those_of_the_file():

@@ -1,6 +1,6 @@
 """Find out why a result differs from the reference: `diagnose` adds the causes to a score.
 
-`pursue` is the loop: the row checks in `sources` find faults of the rows, which are undone. Then
+`pursue` is the loop: the row checks in `row_checks` find faults of the rows, which are undone. Then
 `explain` searches for the cause of the remaining error. If the motion has such a cause, `beside`
 looks for further faults of the rows.
 

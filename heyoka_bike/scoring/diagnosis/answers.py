@@ -91,7 +91,7 @@ def answers(
         )
         is_method = any(m.kind == "method" for m in diagnosis.classes[0][0].mistakes)
         energies = _energies(diagnosis.causes, report) if is_method else ()
-        return (*others, *energies, *causes, *units, *falls)
+        return (*others, *causes, *energies, *units, *falls)
     if any(is_whole_cause(x) for x in first):
         return tuple(first)
     integrator = _integrator(diagnosis.causes)
@@ -117,7 +117,7 @@ def answers(
         return (*first, whole, nothing)
     energies = _energies(diagnosis.causes, report)
     if whole is not None:
-        return (*first, *energies, whole)
+        return (*first, whole, *energies)
     forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
     if falls:
         return (*forces, *first)

@@ -22,9 +22,9 @@ from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
 from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator, requested
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, integral
+from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS, run_check
 from heyoka_bike.scoring.diagnosis.search import Causes
 from heyoka_bike.scoring.diagnosis.seen_file import correct_program
-from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.ratios import BY_FAR
@@ -63,10 +63,10 @@ def faults_beside(
     if not has_usual_energy(causes[0]):
         parts = [part.only([k for k in part.values if not k.endswith("_energy")]) for part in parts]
     found: list[Evidence] = []
-    for source in SOURCES:
-        if not (source.is_of_motion and parts):
+    for check in ROW_CHECKS:
+        if not (check.is_of_motion and parts):
             continue
-        undone = looked(source, scored_rows(report, parts, reference))
+        undone = run_check(check, scored_rows(report, parts, reference))
         if undone is not None:
             found += undone.seen
             kept = (

@@ -30,6 +30,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS, run_check
 from heyoka_bike.scoring.diagnosis.search import (
     EVERYTHING,
     ONLY_EQUATIONS,
@@ -38,7 +39,6 @@ from heyoka_bike.scoring.diagnosis.search import (
     Plan,
     again,
 )
-from heyoka_bike.scoring.diagnosis.sources import SOURCES, looked
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
@@ -268,7 +268,7 @@ class Pursuit:
             for x in self.root.seen
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
         )
-        seen = tuple(x for one in kept if (x := _of_own_zeros(one, end.cause)) is not None)
+        seen = tuple(x for one in kept if (x := _conventions_with(one, end.cause)) is not None)
         return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
 
 
@@ -289,8 +289,8 @@ def pursue(
 
 def _end_of(pursuit: Pursuit) -> Answer:
     """Run all row checks, and then search for a cause by simulating programs."""
-    for source in SOURCES:
-        if (undone := looked(source, pursuit.view)) is not None:
+    for check in ROW_CHECKS:
+        if (undone := run_check(check, pursuit.view)) is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:
             return pursuit.answer
@@ -363,17 +363,21 @@ def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | N
     return replace(report, maneuvers=kept), seen
 
 
-def _of_own_zeros(seen: Evidence, cause: Evidence | None) -> Evidence | None:
-    """Drop the zeros of energies that a cause explains from the evidence on conventions.
+def _conventions_with(seen: Evidence, cause: Evidence | None) -> Evidence | None:
+    """Drop the conventions that a file does not have if a cause explains it.
 
-    For example, the missing energy of a body is no other zero. Returns None if nothing is left.
+    The missing energy of a body, for example, is no other zero, and a speed that fits another
+    definition because the motion is wrong has the default one. Returns None if nothing is left.
     """
     understood = cause.hypotheses[0].understood if isinstance(cause, Explained) else {}
-    explained = {key for key, u in understood.items() if not u.offset}
-    if isinstance(seen, OtherZero) and seen.key in explained:
+    zeroed = {key for key, u in understood.items() if not u.offset}
+    default = {key for key, u in understood.items() if u.column.default}
+    if isinstance(seen, OtherZero) and seen.key in zeroed:
         return None
-    if isinstance(seen, Conventions) and explained & seen.offsets.keys():
-        rest = replace(seen, offsets={k: x for k, x in seen.offsets.items() if k not in explained})
+    if isinstance(seen, Conventions):
+        offsets = {k: x for k, x in seen.offsets.items() if k not in zeroed}
+        definitions = tuple(d for d in seen.definitions if d.key not in default)
+        rest = replace(seen, offsets=offsets, definitions=definitions)
         return rest if any((rest.turned, rest.units, rest.offsets, rest.definitions)) else None
     return seen
 

@@ -5,9 +5,9 @@ stages, whatever their order in a list: first times, then columns that are compu
 then single columns, and at last the order of columns. So columns are exchanged only after all of
 them have been computed.
 
-Simulated programs make edits (`write`, `meant`), and sources undo them (`undo`). Write a class only
-for an edit that both use, or whose `undo` restores the rows to their last digits. A moving average,
-for example, has an inverse that magnifies the rounding of the rows.
+Simulated programs make edits (`write`, `meant`), and row checks undo them (`undo`). Write a class
+only for an edit that both use, or whose `undo` restores the rows to their last digits. A moving
+average, for example, has an inverse that magnifies the rounding of the rows.
 """
 
 from __future__ import annotations

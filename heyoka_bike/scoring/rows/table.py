@@ -34,7 +34,7 @@ class Undone:
     filled: frozenset[tuple[int, str]] = frozenset()
 
 
-RowCheck = Callable[[Report], Undone | None]
+Check = Callable[[Report], Undone | None]
 """A function that looks for one kind of change in the rows of a report; None if it sees none."""
 
 

@@ -3,16 +3,14 @@ From Coq Require Import Reals QArith Qreals ZArith List Bool Lra Lia.
 From Coquelicot Require Import Coquelicot.
 From Interval Require Import Xreal Interval.Interval Float_full Tactic_float.
 From Interval Require Import Eval.Tree Eval.Prog Eval.Eval.
-Require Import Growth Sums Intervals Models Slopes Squares.
+Require Import Growth Sums Intervals Models Fine Wide Slopes Squares.
+Require Export Polynomials.
 Import ListNotations.
 Open Scope R_scope.
 
 Definition count := 7%nat. (* of state variables *)
 
-(* n over 2 to the power of bits *)
-Definition over (n : Z) (bits : Z) : R := IZR n / IZR (2 ^ bits).
-
-(* Coefficients are integers over 2^52, by variable, the constant one first, in time from the
+(* Coefficients are integers over 2^80, by variable, the constant one first, in time from the
    middle of a piece; its growth rate is an integer over 2^10. *)
 Record piece := Piece { coefficients : list (list Z); rate : Z }.
 
@@ -24,10 +22,6 @@ Record certificate :=
 (* Pieces that one computation checks; the sum of squares at their beginning is at most the entry. *)
 Record block := Block { entry_of : Q; members : list piece }.
 
-Fixpoint polynomial (c : list Z) (s : R) : R :=
-  match c with nil => 0 | a :: c => over a 52 + s * polynomial c s end.
-Fixpoint slope_of (c : list Z) (s : R) : R :=
-  match c with nil => 0 | a :: c => polynomial c s + s * slope_of c s end.
 Definition candidate (p : piece) (i : nat) := polynomial (nth i (coefficients p) nil).
 
 Definition half : R := 1 / 32. (* of the length of a piece, in seconds *)
@@ -83,21 +77,33 @@ Fixpoint models (u : TM.U) (c : list Z) : TM.T * TM.T :=
   match c with
   | nil => (TM.const I.zero, TM.const I.zero)
   | a :: c => let (p, d) := models u c in
-    (TM.add u span (TM.const (scaled a 52)) (TM.mul u span TM.var p),
+    (TM.add u span (TM.const (scaled a grid)) (TM.mul u span TM.var p),
      TM.add u span p (TM.mul u span TM.var d))
   end.
 Definition models_of (u : TM.U) (p : piece) (i : nat) := models u (nth i (coefficients p) nil).
 
-(* The rates along the candidate, and how far its derivative is from them. *)
-Definition fine : TM.U := (prec, 14%nat).
+(* How far the derivatives of the candidate are from the rates along it: models in binary64, and
+   values at five times in wide intervals, between which the models have small remainders. *)
+Definition fine : TM.U := (prec, 18%nat).
 Definition rates_of (inputs : list (TM.T * TM.T)) : list TM.T :=
-  eval_generic TM.dummy (TV.operations prec (snd fine) span) program
+  eval_generic TM.dummy (fine_operations fine span) program
     (map fst inputs ++ map TM.const constants_in).
-Definition missing (p : piece) : list I.type :=
+Definition missing_models (p : piece) : list TM.T :=
   let inputs := map (models_of fine p) (seq 0 count) in
   let rates := rates_of inputs in
-  map (fun i => value span (TM.sub fine span (snd (nth i inputs (TM.dummy, TM.dummy)))
-                              (nth i rates TM.dummy)) span) (seq 0 count).
+  map (fun i => TM.sub fine span (snd (nth i inputs (TM.dummy, TM.dummy))) (nth i rates TM.dummy))
+    (seq 0 count).
+Definition rows (p : piece) : list (list Z) := map (fun i => nth i (coefficients p) nil) (seq 0 count).
+Definition missing_at (rows : list (list W.type)) (j : Z) : list I.type :=
+  let s := wide_fraction j 64 in
+  let rates := wide_rates program integers rows s in
+  map (fun i => wide_defect rates (nth i rows nil) s i) (seq 0 count).
+Definition missing (p : piece) : list I.type :=
+  let models := missing_models p in
+  let rows := map wide_coefficients (rows p) in
+  let values := map (missing_at rows) nodes in
+  map (fun i => between (remainder span (nth i models TM.dummy)) (map (fun l => nth i l I.nai) values))
+    (seq 0 count).
 Definition missing_squares (back : list (list I.type)) (p : piece) : I.type :=
   let m := missing p in squares_in back (fun i => nth i m I.nai).
 (* A little more than the upper end of an interval that begins with 0 *)
@@ -135,7 +141,7 @@ Definition check_part (out back : list (list I.type)) (k : I.type) (found : list
   nonnegative count (table count (fun i j =>
     if Nat.eqb i j then I.sub prec k (I.mul prec (integer 2) (entry b i i))
     else I.neg (I.add prec (entry b i j) (entry b j i)))).
-Definition terms := 15%nat.
+Definition terms := 19%nat.
 Definition has_terms (p : piece) : bool :=
   all_states (fun i => Nat.eqb (length (nth i (coefficients p) nil)) terms).
 Definition check_piece (out back : list (list I.type)) (p : piece) : bool :=
@@ -154,10 +160,10 @@ Definition bound (k w d : I.type) : I.type :=
   I.mul prec (I.add prec w (I.mul prec (I.div prec d r) length_in))
     (I.exp prec (I.mul prec (I.add prec k r) length_in)).
 
-(* A polynomial's value at an end of its piece, times 2^52 and a power of 32. *)
+(* A polynomial's value at an end of its piece, times 2^80 and a power of 32. *)
 Fixpoint end_of (sign : Z) (c : list Z) : Z :=
   match c with nil => 0 | a :: c => a * 32 ^ (1 + Z.of_nat (length c)) + sign * end_of sign c end%Z.
-Definition unity : Z := 2 ^ 127. (* 2^52 32^15 *)
+Definition unity : Z := 2 ^ 175. (* 2^80 32^19 *)
 Definition jump_in (p q : piece) (i : nat) : I.type :=
   I.div prec (integer (end_of 1 (nth i (coefficients p) nil) - end_of (-1) (nth i (coefficients q) nil)))
     (integer unity).

@@ -3,7 +3,7 @@ From Coq Require Import Reals QArith Qreals ZArith List Bool Lra Lia.
 From Coquelicot Require Import Coquelicot.
 From Interval Require Import Xreal Interval.Interval Float_full Tactic_float.
 From Interval Require Import Eval.Tree Eval.Prog Eval.Eval.
-Require Import Growth Sums Intervals Models Slopes Squares Checks.
+Require Import Growth Sums Intervals Models Fine Wide Slopes Squares Checks.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -14,12 +14,11 @@ Local Notation constants := (constants integers).
 Local Notation field := (field program integers).
 Local Notation constants_in := (constants_in integers).
 Local Notation rates_of := (rates_of program integers).
+Local Notation missing_models := (missing_models program integers).
+Local Notation missing_at := (missing_at program integers).
 Local Notation missing := (missing program integers).
 Local Notation boxes_of := (boxes_of integers).
 Local Notation slopes_found := (slopes_found program integers).
-
-Lemma power_nonzero b : (0 <= b)%Z -> IZR (2 ^ b) <> 0.
-Proof. intros H; apply IZR_neq, Z.pow_nonzero; lia. Qed.
 
 Lemma scaled_in n b : (0 <= b)%Z -> over n b \in scaled n b.
 Proof. intros H; apply div_in; [now apply power_nonzero | apply integer_in | apply integer_in]. Qed.
@@ -105,15 +104,6 @@ Proof. induction n as [|n IH]; simpl; [apply RMicromega.Q2R_0 | now rewrite Q2R_
 
 (* Polynomials *)
 
-Lemma is_derive_polynomial c s : is_derive (polynomial c) s (slope_of c s).
-Proof.
-induction c as [|a c IH]; simpl; [exact (is_derive_const 0 s)|].
-replace (polynomial c s + s * slope_of c s) with (0 + (1 * polynomial c s + s * slope_of c s)) by ring.
-apply (is_derive_plus (fun _ => over a 52) (fun s => s * polynomial c s)).
-  apply (is_derive_const (over a 52)).
-apply (is_derive_mult (fun s => s) (polynomial c)); [apply (is_derive_id s) | exact IH | intros; apply Rmult_comm].
-Qed.
-
 Lemma models_correct u c :
   TM.approximates span (fst (models u c)) (fun s => Xreal (polynomial c s)) /\
   TM.approximates span (snd (models u c)) (fun s => Xreal (slope_of c s)).
@@ -121,63 +111,31 @@ Proof.
 induction c as [|a c [P D]]; cbn [models polynomial slope_of].
   split; apply TM.const_correct, zero_in.
 destruct (models u c) as [p d]; cbn [fst snd] in *; split.
-- apply (@TM.add_correct u span _ _ (fun _ => Xreal (over a 52)) (fun s => Xreal (s * polynomial c s))).
-    apply TM.const_correct, scaled_in; lia.
+- apply (@TM.add_correct u span _ _ (fun _ => Xreal (over a grid)) (fun s => Xreal (s * polynomial c s))).
+    apply TM.const_correct, scaled_in; easy.
   now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (polynomial c s))); [apply TM.var_correct|].
 - apply (@TM.add_correct u span _ _ (fun s => Xreal (polynomial c s)) (fun s => Xreal (s * slope_of c s))); [easy|].
   now apply (@TM.mul_correct u span _ _ Xreal (fun s => Xreal (slope_of c s))); [apply TM.var_correct|].
 Qed.
 
 Lemma end_correct sign c :
-  polynomial c (IZR sign * half) * (IZR (2 ^ 52) * IZR (32 ^ Z.of_nat (length c))) = IZR (end_of sign c).
+  polynomial c (IZR sign * half) * (IZR (2 ^ grid) * IZR (32 ^ Z.of_nat (length c))) = IZR (end_of sign c).
 Proof.
 induction c as [|a c IH]; cbn [polynomial end_of length]; [ring|].
 rewrite plus_IZR, !mult_IZR, <- IH, Nat2Z.inj_succ, Z.pow_succ_r, Z.pow_add_r, !mult_IZR by lia.
 change (32 ^ 1)%Z with 32%Z; unfold over, half.
-pose proof (power_nonzero 52 ltac:(lia)); field; easy.
+pose proof (power_nonzero grid ltac:(easy)); field; easy.
 Qed.
 
 Lemma end_value sign c :
   length c = terms -> polynomial c (IZR sign * half) = IZR (end_of sign c) / IZR unity.
 Proof.
 intros L; rewrite <- end_correct, L.
-replace (IZR unity) with (IZR (2 ^ 52) * IZR (32 ^ Z.of_nat terms)) by (rewrite <- mult_IZR; reflexivity).
+replace (IZR unity) with (IZR (2 ^ grid) * IZR (32 ^ Z.of_nat terms)) by (rewrite <- mult_IZR; reflexivity).
 field; split; apply IZR_neq; easy.
 Qed.
 
 (* The defect *)
-
-Lemma models_of_program (u : TM.U) (inputs : R -> list ExtendedR) (tms : list TM.T) i :
-  (forall j, TM.approximates span (nth j tms TM.dummy) (fun s => nth j (inputs s) Xnan)) ->
-  TM.approximates span
-    (nth i (eval_generic TM.dummy (TV.operations prec (snd u) span) program tms) TM.dummy)
-    (fun s => nth i (eval_ext program (inputs s)) Xnan).
-Proof.
-intros H; unfold eval_ext.
-apply (eval_inductive_prop_fun ExtendedR TM.T (fun a b => TM.approximates span b a)); try easy.
-- intros a b E t; apply TM.approximates_ext; now intros s; rewrite E.
-- apply TM.dummy_correct.
-- intros o a b T; destruct o; cbn [unary ext_operations TV.operations].
-  + now apply TM.opp_correct.
-  + now apply TM.abs_correct.
-  + now apply TM.inv_correct.
-  + now apply TM.sqr_correct.
-  + now apply TM.sqrt_correct.
-  + now apply TM.cos_correct.
-  + now apply TM.sin_correct.
-  + now apply TM.tan_correct.
-  + now apply TM.atan_correct.
-  + now apply TM.exp_correct.
-  + now apply TM.ln_correct.
-  + now apply TM.power_int_correct.
-  + now apply TM.nearbyint_correct.
-  + now apply TM.round_flt_correct.
-- intros o a1 a2 b1 b2 T1 T2; destruct o; cbn [binary ext_operations TV.operations].
-  + now apply TM.add_correct.
-  + now apply TM.sub_correct.
-  + now apply TM.mul_correct.
-  + now apply TM.div_correct.
-Qed.
 
 Definition candidate_state (p : piece) (s : R) : list R := map (fun i => candidate p i s) (seq 0 count).
 Definition defect (p : piece) (s : R) (i : nat) : R :=
@@ -193,68 +151,65 @@ destruct (Nat.ltb_spec j count) as [H|H].
 now rewrite app_nth2, map_length, seq_length by now rewrite map_length, seq_length.
 Qed.
 
-Lemma rates_correct p i :
-  TM.approximates span (nth i (rates_of (map (models_of fine p) (seq 0 count))) TM.dummy)
-    (fun s => nth i (eval_ext program (map Xreal (candidate_state p s ++ constants))) Xnan).
+Lemma span_bounded : I.convert span <> Inan.
+Proof. vm_compute; discriminate. Qed.
+
+Lemma nth_table {A} (f : nat -> A) i d : (i < count)%nat -> nth i (map f (seq 0 count)) d = f i.
 Proof.
-unfold rates_of; rewrite map_map; apply (models_of_program fine); intros j.
+intros H; rewrite (nth_indep _ d (f O)) by now rewrite map_length, seq_length.
+now rewrite map_nth, seq_nth.
+Qed.
+
+Lemma rates_correct p i :
+  describes span (nth i (rates_of (map (models_of fine p) (seq 0 count))) TM.dummy)
+    (fun s => field i (candidate_state p s)).
+Proof.
+unfold rates_of, field; rewrite map_map; apply fine_program; [exact span_bounded|]; intros j.
 destruct (le_lt_dec count j) as [H|H].
-+ rewrite app_nth2 by now rewrite map_length, seq_length.
-  apply TM.approximates_ext with (fun _ => nth (j - count) (map Xreal constants) Xnan).
-    intros t; rewrite map_app, app_nth2; unfold candidate_state; now rewrite !map_length, seq_length.
+- rewrite app_nth2 by now rewrite map_length, seq_length.
+  apply describes_ext with (fun _ => nth (j - count) constants 0).
+    intros s _; unfold candidate_state; rewrite nth_state; destruct (Nat.ltb_spec j count); [lia | easy].
   rewrite map_length, seq_length.
   destruct constants_within as [L C].
   destruct (le_lt_dec (length constants_in) (j - count)) as [K|K].
-    rewrite nth_overflow by (now rewrite map_length); apply TM.dummy_correct.
+    rewrite nth_overflow by (now rewrite map_length); apply dummy_describes.
   rewrite (nth_indep _ TM.dummy (TM.const I.nai)) by now rewrite map_length.
-  rewrite (nth_indep _ Xnan (Xreal 0)) by now rewrite map_length, <- L.
-  rewrite !map_nth; now apply TM.const_correct.
-+ rewrite app_nth1 by now rewrite map_length, seq_length.
-  rewrite (nth_indep _ TM.dummy (fst (models_of fine p O))) by now rewrite map_length, seq_length.
-  rewrite (map_nth (fun i => fst (models_of fine p i))), seq_nth by easy.
-  apply TM.approximates_ext with (fun s => Xreal (candidate p j s)).
-    intros t; rewrite (nth_indep _ Xnan (Xreal 0)).
-      now rewrite map_nth; unfold candidate_state; rewrite nth_state; destruct (Nat.ltb_spec j count); [|lia].
-    rewrite map_length, app_length; unfold candidate_state; rewrite map_length, seq_length; lia.
-  apply models_correct.
+  rewrite map_nth; apply const_describes, C.
+- rewrite app_nth1, nth_table by (try rewrite map_length, seq_length; easy).
+  apply describes_ext with (candidate p j); [|apply models_correct].
+  intros s _; unfold candidate_state; rewrite nth_state; destruct (Nat.ltb_spec j count); [easy | lia].
 Qed.
 
-(* A value that is nan contains everything. *)
-Lemma value_ext f m s a time :
-  time \in span -> time \in s -> TM.approximates span m f ->
-  f time = a -> contains (I.convert (value span m s)) a.
+Lemma missing_models_correct p i : (i < count)%nat ->
+  describes span (nth i (missing_models p) TM.dummy) (fun s => defect p s i).
 Proof.
-intros T S Ap <-.
-destruct (f time) as [|v] eqn:E.
-- assert (N : I.convert (value span m s) = Inan); [|now rewrite N].
-  specialize (Ap (span_not_empty span time T)); destruct m as [c| |r]; cbn [value].
-  + destruct Ap as [->|[y Y F]]; [easy|].
-    rewrite <- (F time T), E in Y; now destruct (I.convert c).
-  + now rewrite (Ap time T) in E.
-  + destruct Ap as [Nan _ _ _ _]; specialize (Nan time T E).
-    now apply I.add_propagate_r.
-- apply value_in with time; [easy | now exists f | easy].
+intros Hi; unfold missing_models, defect; rewrite nth_table by easy; apply sub_describes.
+  rewrite nth_table by easy; apply models_correct.
+apply rates_correct.
+Qed.
+
+Lemma missing_at_correct p i j : (i < count)%nat ->
+  defect p (node j) i \in nth i (missing_at (map wide_coefficients (rows p)) j) I.nai.
+Proof.
+intros Hi; unfold missing_at, defect, field, candidate_state; rewrite nth_table by easy.
+replace (nth i (map wide_coefficients (rows p)) nil)
+  with (wide_coefficients (nth i (coefficients p) nil)).
+  replace (map (fun i => candidate p i (node j)) (seq 0 count))
+    with (map (fun c => polynomial c (node j)) (rows p)) by (unfold rows; now rewrite map_map).
+  now apply defect_within, fraction_within.
+change nil with (wide_coefficients nil) at 2; rewrite map_nth; unfold rows; now rewrite nth_table.
 Qed.
 
 Lemma missing_is_in p s i :
   - half <= s <= half -> (i < count)%nat -> defect p s i \in nth i (missing p) I.nai.
 Proof.
-intros Hs Hi; unfold missing; set (inputs := map (models_of fine p) (seq 0 count)).
-set (miss := fun i => value span (TM.sub fine span (snd (nth i inputs (TM.dummy, TM.dummy)))
-  (nth i (rates_of inputs) TM.dummy)) span).
-rewrite (nth_indep _ I.nai (miss O)) by now rewrite map_length, seq_length.
-rewrite (map_nth miss), seq_nth by easy; simpl plus; unfold miss, inputs at 1.
-rewrite (nth_indep _ (TM.dummy, TM.dummy) (models_of fine p O)) by now rewrite map_length, seq_length.
-rewrite (map_nth (models_of fine p)), seq_nth by easy.
-simpl plus; set (v := value _ _ _); unfold defect, field.
-apply (xreal_to_real
-  (fun y => contains (I.convert v) (Xsub (Xreal (slope_of (nth i (coefficients p) nil) s)) y))
-  (fun r => slope_of (nth i (coefficients p) nil) s - r \in v)).
-- simpl; intros H r; destruct (I.convert v); easy.
-- now simpl.
-- unfold v; apply value_ext with (3 := @TM.sub_correct fine span _ _ _ _
-    (proj2 (models_correct fine (nth i (coefficients p) nil))) (rates_correct p i)) (time := s);
-    [now apply span_in | now apply span_in | easy].
+intros Hs Hi; unfold missing; rewrite nth_table by easy.
+apply (between_correct span _ (fun s => defect p s i)).
+- intros r Hr; apply span_in; unfold half; lra.
+- now apply missing_models_correct.
+- rewrite map_map; induction nodes as [|j l IH]; [constructor | constructor; [|exact IH]].
+  now apply missing_at_correct.
+- unfold half in Hs; lra.
 Qed.
 
 (* The slopes *)

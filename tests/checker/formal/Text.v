@@ -77,7 +77,7 @@ Definition near_text (x : nat -> R -> R) (until : R) (lines : list string) (mane
     Rabs (x 4%nat t - column 8%nat) <= accuracy). (* its rate *)
 
 (* The checks, in exact integers. The value of a polynomial at n/800 s is the first number, over
-   2^52 times the second one. *)
+   2^80 times the second one. *)
 Fixpoint value_at (n : Z) (c : list Z) : Z * Z :=
   match c with
   | nil => (0, 1)%Z
@@ -85,14 +85,14 @@ Fixpoint value_at (n : Z) (c : list Z) : Z * Z :=
   end.
 
 (* The largest difference between a number of the text and its polynomial *)
-Definition reading : R := 1 / 1000000000000.
+Definition reading : R := 1 / 100000000000000.
 
-(* True if the value of variable i is within 1e-12 of the number. *)
+(* True if the value of variable i is within 1e-14 of the number. *)
 Definition is_near (p : piece) (n : Z) (i : nat) (q : Q) : bool :=
   let (v, u) := value_at n (nth i (coefficients p) nil) in
-  let below := (u * 2 ^ 52)%Z in
+  let below := (u * 2 ^ grid)%Z in
   let den := Zpos (Qden q) in
-  Z.leb (Z.abs (v * den - Qnum q * below) * 1000000000000) (below * den).
+  Z.leb (Z.abs (v * den - Qnum q * below) * 100000000000000) (below * den).
 
 (* A time at the break of two pieces belongs to the first of them. *)
 Definition check_line (pieces : list piece) (maneuver k : nat) (line : string) : bool :=
@@ -125,10 +125,10 @@ destruct (value_at n c); cbn [snd] in *; lia.
 Qed.
 
 Lemma value_at_correct n c :
-  polynomial c (IZR n / 800) = IZR (fst (value_at n c)) / IZR (snd (value_at n c) * 2 ^ 52).
+  polynomial c (IZR n / 800) = IZR (fst (value_at n c)) / IZR (snd (value_at n c) * 2 ^ grid).
 Proof.
 induction c as [|a c IH]; cbn [polynomial value_at]; [simpl; lra|].
-pose proof (value_at_positive n c) as P; apply IZR_lt in P; rewrite IH; unfold over.
+pose proof (value_at_positive n c) as P; apply IZR_lt in P; rewrite IH; unfold over, grid.
 destruct (value_at n c) as [v u]; cbn [fst snd] in *.
 rewrite plus_IZR, !mult_IZR; field; lra.
 Qed.
@@ -139,7 +139,7 @@ Proof.
 unfold is_near, candidate, reading, Q2R; intros H; rewrite value_at_correct.
 pose proof (value_at_positive n (nth i (coefficients p) nil)) as P.
 destruct (value_at n (nth i (coefficients p) nil)) as [v u]; cbn [fst snd] in *.
-set (below := (u * 2 ^ 52)%Z) in *; assert (B : (0 < below)%Z) by (unfold below; lia).
+set (below := (u * 2 ^ grid)%Z) in *; assert (B : (0 < below)%Z) by (unfold below, grid; lia).
 apply Z.leb_le, IZR_le in H; apply IZR_lt in B.
 rewrite !mult_IZR, abs_IZR, minus_IZR, !mult_IZR in H.
 assert (D : 0 < IZR (Zpos (Qden q))) by (apply IZR_lt; reflexivity).

@@ -2,7 +2,7 @@
 
 ``python tests/checker/formal/export.py FOLDER 1 2 3`` writes ``Equations.v``, the equations of
 motion as a program for CoqInterval. For each maneuver it writes ``Certificate1.v``, polynomials
-with short dyadic coefficients from the published trajectory, and the numbers of their proof; and
+with dyadic coefficients from the published trajectory, and the numbers of their proof; and
 ``Checked1_0.v`` to ``Checked1_4.v``, which carry out the checks. ``Lines.v`` contains the published
 text. Nothing in the certificates has to be believed: Coq checks them, and the equations and the
 text are what the theorems are about.
@@ -29,14 +29,14 @@ from heyoka_bike.reference.layout import TEXT
 from heyoka_bike.reference.proof.candidate import read_candidate
 
 BITS = 200
-GRID = 52  # Coefficients are integers over 2 to this power,
+GRID = 80  # Coefficients are integers over 2 to this power,
 RATES = 10  # growth rates over this one,
-TUBE = 100  # the tube over this one,
-ENTRIES = 120  # the sums of squares at the beginning of a block over this one,
+TUBE = 140  # the tube over this one,
+ENTRIES = 200  # the sums of squares at the beginning of a block over this one,
 FRAME = 12  # the lower triangle of a frame over this one.
 PIECES, LENGTH = 160, Fraction(1, 16)  # [s]
 BLOCK = 32  # pieces that Coq checks in one file
-DEGREE = 14
+DEGREE = 18
 SAMPLES = 16  # of the growth rate in a piece
 # Added to the growth rate of squares [1/s], because Coq's intervals are wider. Maneuver 1 needs
 # 0.17.

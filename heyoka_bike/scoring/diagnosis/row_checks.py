@@ -21,7 +21,7 @@ from heyoka_bike.scoring.rows.column_faults import (
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged, own_differences, shifted_rate
-from heyoka_bike.scoring.rows.table import RowCheck, Undone
+from heyoka_bike.scoring.rows.table import Check, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
     late_rows,
@@ -33,68 +33,68 @@ from heyoka_bike.scoring.rows.wrong_times import (
 
 
 @dataclass(frozen=True, slots=True)
-class Source(Step):
+class RowCheck(Step):
     """A step of the diagnosis that runs one row check.
 
     Attributes
     ----------
-    look : RowCheck
+    find : Check
         The function that looks for the fault.
     is_of_motion
         True if the check compares the rows with the exact motion. If the motion in the file is
         wrong, the check is repeated with the simulated motion of the cause instead.
     """
 
-    look: RowCheck
+    find: Check
     is_of_motion: bool = False
 
 
-SOURCES = (
-    Source("unit", "are the times in minutes or hours?", other_unit),
-    Source("late", "are all times shifted?", late_rows, is_of_motion=True),
-    Source("bits", "are the values single-precision or half-precision numbers?", few_bits),
-    Source("grid", "are the values multiples of a step coarser than their digits?", coarse_grids),
-    Source("reversed", "is the last row the start of the motion?", reversed_rows),
-    Source("single rows", "do single rows repeat the row before?", single_rows),
-    Source("stopped", "do the last rows repeat one another?", stopped),
-    Source(
+ROW_CHECKS = (
+    RowCheck("unit", "are the times in minutes or hours?", other_unit),
+    RowCheck("late", "are all times shifted?", late_rows, is_of_motion=True),
+    RowCheck("bits", "are the values single-precision or half-precision numbers?", few_bits),
+    RowCheck("grid", "are the values multiples of a step coarser than their digits?", coarse_grids),
+    RowCheck("reversed", "is the last row the start of the motion?", reversed_rows),
+    RowCheck("single rows", "do single rows repeat the row before?", single_rows),
+    RowCheck("stopped", "do the last rows repeat one another?", stopped),
+    RowCheck(
         "mirrored", "is a maneuver the exact motion to the other side?", mirrored, is_of_motion=True
     ),
-    Source(
+    RowCheck(
         "another maneuver",
         "are the numbers of a column those of another maneuver?",
         numbers_of_another_maneuver,
     ),
-    Source("exchanged", "are angles or rates exchanged?", exchanged),
-    Source("differences", "is a rate a finite difference of its own angle?", own_differences),
-    Source("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
-    Source(
+    RowCheck("exchanged", "are angles or rates of roll and steer exchanged?", exchanged),
+    RowCheck("differences", "is a rate a finite difference of its own angle?", own_differences),
+    RowCheck("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
+    RowCheck(
         "counted", "are the rows right at multiples of a step?", counted_rows, is_of_motion=True
     ),
-    Source(
+    RowCheck(
         "one clock", "are the rows right if all times are scaled?", one_clock, is_of_motion=True
     ),
-    Source(
+    RowCheck(
         "clock",
         "are the rows of a maneuver right at scaled or shifted times?",
         other_clocks,
         is_of_motion=True,
     ),
-    Source("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
-    Source(
+    RowCheck("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
+    RowCheck(
         "columns",
         "is a column exchanged, unsigned, multiplied by a factor, offset, clipped or averaged?",
         deviating_columns,
         is_of_motion=True,
     ),
-    Source("bounds", "does a column stay at a bound?", bounded),
+    RowCheck("bounds", "does a column stay at a bound?", bounded),
 )
 
 
-def looked(source: Source, report: Report) -> Undone | None:
+def run_check(check: RowCheck, report: Report) -> Undone | None:
     """Run a row check on a report, and log what it finds."""
-    with logged(source) as log:
-        undone = source.look(report)
+    with logged(check) as log:
+        undone = check.find(report)
         if undone is not None:
             log.found = partial("; ".join, map(str, undone.seen))
     return undone
