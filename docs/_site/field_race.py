@@ -39,13 +39,13 @@ def spread(measured):
 
 
 def _summary(rows, programs, maneuver):
-    wrong = [p.name for p, _, _, of in rows if of["digits"] < RIGHT]
+    wrong = sum(of["digits"] < RIGHT for _, _, _, of in rows)
     passing = {
         p.folder for p in programs for r in p.runs if judged(r, maneuver)["performance"] < PASSES
     }
     none = dict.fromkeys(p.name for p in programs if p.folder not in passing)
-    said = f"{len(wrong)} of these {len(rows)} runs have fewer than three correct digits in "
-    said += f"maneuver {maneuver} ({'; '.join(wrong)})." if wrong else f"maneuver {maneuver}."
+    said = f"{wrong} of these {len(rows)} runs have fewer than three correct digits in maneuver "
+    said += f"{maneuver}."
     own = [p.name for p, *_ in rows if p.said["kind"] == "own"]
     said += f" Runs of this project, not counted as programs: {'; '.join(own)}." if own else ""
     return f"{said} Programs without a passing run: {'; '.join(none)}." if none else said
