@@ -85,16 +85,16 @@ def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
     slowest = values[-1]
     return [
         *certified_rows(maneuver),
-        (f"speed of the motion at {end} s, minus that [m/s]", f"{float(reached - v):.1e}",
-         f"computed with {digits} digits"),
+        (f"speed of the motion at {end} s, minus the final speed [m/s]",
+         f"{float(reached - v):.1e}", f"computed with {digits} digits"),
         *(
-            (f"eigenvalue at that speed, {name} [1/s]", f"`{mp.nstr(x.real, SHOWN)}`"
+            (f"eigenvalue at the final speed, {name} [1/s]", f"`{mp.nstr(x.real, SHOWN)}`"
              + (f" +- `{mp.nstr(abs(x.imag), SHOWN)}` i" if x.imag else ""),
              f"computed, {SHOWN} digits")
             for name, x in (("caster", values[0]), ("capsize", values[1]), ("weave", slowest))
         ),
-        ("rate of decay of the last two leans of the motion [1/s]", f"{rate:.9f}",
-         f"the weave's to {abs(rate / float(slowest.real) - 1):.0e}"),
+        ("rate of decay between the last two lean maxima of the motion [1/s]", f"{rate:.9f}",
+         f"agrees with the weave's to {abs(rate / float(slowest.real) - 1):.0e}"),
     ]  # fmt: skip
 
 

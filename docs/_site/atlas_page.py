@@ -68,10 +68,10 @@ def found_in(atlas):
         "inside": f"Inside the linearly stable range {100 * np.mean(part == FALLS):.0f} % of the "
         f"initial conditions in the map fall. No motion recovers from more than "
         f"{rates[recovers.any(axis=0)].max():.2f} rad/s, or from a lean of more than "
-        f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°). With both "
-        f"wheels pressed to the floor the largest lean is {lean[both].max():.3f} rad.",
-        "weaves": f"Weaves begin at {speeds[turns.any(axis=1)].min():.2f} m/s. Irregular ones are "
-        f"{100 * np.mean(fate == WEAVES):.1f} % of the map.",
+        f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°). If "
+        f"both wheels have to press on the floor, the limit is {lean[both].max():.3f} rad.",
+        "weaves": f"Weaves begin at {speeds[turns.any(axis=1)].min():.2f} m/s. Irregular weaves "
+        f"are {100 * np.mean(fate == WEAVES):.1f} % of the map.",
     }
 
 

@@ -115,7 +115,7 @@ def absent(document):
         x["program"] for x in done.values()
         if "H4" in x["problems"] and not {"H2", *EDGE} & x["problems"].keys()
     ]  # fmt: skip
-    return f"- Not run there: {'; '.join(none)}. On H4 only: {'; '.join(some)}."
+    return f"- {len(none)} programs did not run on this set, and {len(some)} ran on H4 only."
 
 
 def beside(document):
@@ -126,9 +126,9 @@ def beside(document):
     least, most = min(found), max(found)
     said = f" Failed in H4: {'; '.join(failed)}." if failed else ""
     return (
-        f"H4 simulates another bicycle than H1. With the best settings of that time a program "
-        f"reaches between {-least[0]:.1f} digits fewer ({least[1]}) and {most[0]:.1f} more "
-        f"({most[1]}) in H4 than in H1.{said}"
+        f"H4 has another bicycle than H1. With the best settings of that time the programs reach "
+        f"from {-least[0]:.1f} digits fewer ({least[1]}) to {most[0]:.1f} digits more ({most[1]}) "
+        f"in H4 than in H1.{said}"
     )
 
 

@@ -184,7 +184,8 @@ def falling(programs):
         *before, last = (r["digits"] for r in p.family) if p.family else (0.0,)
         if before and last - max(before) > FALLS:
             names.append(p.name)
-    return f"The finest step or tolerance still gave the best run of: {'; '.join(names)}."
+    said = "In these programs the best run is the one with the finest step or tolerance"
+    return f"{said}: {'; '.join(names)}."
 
 
 def left_out(document):
@@ -192,12 +193,12 @@ def left_out(document):
     programs = document["programs"].values()
     absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
     failed = [
-        f"{p['program']} ({'; '.join(r['words'] for r in runs)}: “{_reason(runs[0])}”)"
+        f"{p['program']} ({len(runs)}: “{_reason(runs[0])}”)"
         for p in programs if (runs := [r for r in p["runs"] if r["failure"]])
     ]  # fmt: skip
     said = [f"Programs that were not installed: {'; '.join(absent)}."] if absent else []
     if failed:
-        said.append(f"Failed runs, with the first message of each program: {'; '.join(failed)}.")
+        said.append(f"Failed runs, with their number and first message: {'; '.join(failed)}.")
     return " ".join(said) or "Every program was installed, and every run finished."
 
 
@@ -260,6 +261,8 @@ class Claim:
         interpolation of its own order; and of those that fill rows by a dense output.
     alike
         Correct digits of the runs whose largest eq. (1) is between the limits `ALIKE`, ascending.
+    runs
+        Number of all runs of these programs.
     """
 
     programs: int
@@ -267,6 +270,7 @@ class Claim:
     most: float
     between: float
     alike: Sequence[float]
+    runs: int
 
 
 def claim(programs):
@@ -287,7 +291,8 @@ def claim(programs):
         most[is_dense] = max(most[is_dense], 100 * 10 ** -r["digits"])
     low, high = ALIKE
     alike = [r["digits"] for p in counted for r in p.runs if low <= largest(r) < high]
-    return Claim(len(names), dict(blind), most[False], most[True], sorted(alike))
+    runs = sum(len(p.runs) for p in counted)
+    return Claim(len(names), dict(blind), most[False], most[True], sorted(alike), runs)
 
 
 def _claimed(found):
@@ -299,9 +304,8 @@ def _claimed(found):
     )
     if found.between > found.most:
         return said + (
-            f"The largest of these errors is {found.between:.2g} %, in a run whose rows are "
-            "interpolated between its steps by a dense output. Without the runs of this kind, the "
-            f"largest error is {found.most:.2g} %."
+            f"The largest of these errors is {found.between:.2g} %, in a run that interpolates its "
+            f"rows between its steps. Without such runs, the largest error is {found.most:.2g} %."
         )
     return said + f"The largest of these errors is {found.most:.2g} %."
 
@@ -322,8 +326,8 @@ def readme_claim(programs):
 
 def _range(found):
     return (
-        f"In {len(found.alike)} runs, the largest value of eq. (1) in the three maneuvers is "
-        "between 1e-5 and 1e-4 %. These runs have "
+        f"In {len(found.alike)} of {found.runs} runs, the largest eq. (1) of the three maneuvers "
+        "is between 1e-5 and 1e-4 %, at least ten times below the limit. Yet these runs have only "
         f"{one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} correct digits."
     )
 
@@ -337,13 +341,13 @@ def _among(errors):
 
 def columns(programs):
     found = by_column(programs)
-    worst = ", ".join(f"{label(key)} {n}" for key, n in found.worst.most_common())
-    wrong = ", ".join(f"{label(key)} {n}" for key, n in found.wrong.most_common())
+    worst = ", ".join(f"{label(key)} ({n})" for key, n in found.worst.most_common())
+    wrong = ", ".join(f"{label(key)} ({n})" for key, n in found.wrong.most_common())
     return (
-        f"The best run of each of the {found.worst.total()} programs has one worst column. Number "
-        f"of programs by this column: {worst}. {found.blind} programs have a run that passes "
-        "eq. (1) in all maneuvers although columns are wrong by more than a thousandth of their "
-        f"largest value. Number of these programs by wrong column: {wrong}."
+        f"Worst column in the best run of each of the {found.worst.total()} programs, with the "
+        f"number of programs: {worst}. {found.blind} programs have a run that passes eq. (1) in "
+        "all maneuvers although columns are wrong by more than a thousandth of their largest "
+        f"value. These columns, with the number of programs: {wrong}."
     )
 
 
@@ -385,10 +389,13 @@ def below(programs):
     fine = [r["digits"] for r in runs if largest(r) < FINE]
     return (
         "On the dashed line the relative error of a motion equals the variation of its energy. "
-        f"{'All' if less == len(runs) else less} of the {len(runs)} runs of the programs lie "
-        f"below it. The run with the fewest correct digits among those with an eq. (1) below "
-        f"{FINE:g} % has {one_decimal(min(fine))}."
+        f"{'All' if less == len(runs) else f'{less} of the'} {len(runs)} runs of the programs lie "
+        f"below this line. Of the runs with an eq. (1) below {FINE:g} %, the worst has "
+        f"{one_decimal(min(fine))} correct digits."
     )
+
+
+_CONTACT = "implicit, elliptic cone, contact time constant "
 
 
 def contact(programs):
@@ -396,26 +403,30 @@ def contact(programs):
     [p] = [p for p in programs if p.folder == "mujoco"]
     by_step = {}
     for r in p.runs:
-        if r["family"].startswith("implicit, elliptic cone, contact time constant"):
+        if r["family"].startswith(_CONTACT):
             by_step.setdefault(r["setting"]["step"], []).append(r)
     most = max(map(len, by_step.values()))
     step, runs = min((h, found) for h, found in by_step.items() if len(found) == most)
     said = "; ".join(
-        f"{r['family']}: {one_decimal(r['digits'])}"
+        f"{one_decimal(r['digits'])} ({r['family'].removeprefix(_CONTACT)})"
         for r in sorted(runs, key=lambda r: -r["digits"])
     )
-    return f"Correct digits of MuJoCo with steps of {step:.3g} s: {said}."
+    return (
+        f"Correct digits of MuJoCo (implicit, elliptic cone) with steps of {step:.3g} s, by the "
+        f"time constant of the contact: {said}."
+    )
 
 
 def textbook(programs):
     """The runs of the plain code of this project that pass eq. (1) everywhere and are wrong."""
     [p] = [p for p in programs if p.folder == "maximal"]
     said = [
-        f"{r['words']}: eq. (1) up to {drift(largest(r))} %, "
-        f"off by {100 * 10 ** -r['digits']:.2g} %"
+        f"{r['words']}: the largest eq. (1) is {drift(largest(r))} %, the largest error "
+        f"{100 * 10 ** -r['digits']:.2g} %"
         for r in p.runs if is_blind(r)
     ]  # fmt: skip
-    return f"{'; '.join(said)}. At its best it reaches {one_decimal(p.best['digits'])} digits."
+    best = one_decimal(p.best["digits"])
+    return f"{'; '.join(said)}. The best run of the script has {best} correct digits."
 
 
 def blind():

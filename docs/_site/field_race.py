@@ -39,15 +39,15 @@ def spread(measured):
 
 
 def _summary(rows, programs, maneuver):
-    wrong = [p.name for p, _, _, of in rows if of["digits"] < RIGHT]
+    wrong = sum(of["digits"] < RIGHT for _, _, _, of in rows)
     passing = {
         p.folder for p in programs for r in p.runs if judged(r, maneuver)["performance"] < PASSES
     }
     none = dict.fromkeys(p.name for p in programs if p.folder not in passing)
-    said = f"Fewer than three correct digits in maneuver {maneuver}: {len(wrong)} of these "
-    said += f"{len(rows)} runs ({'; '.join(wrong)})." if wrong else f"{len(rows)} runs."
+    said = f"{wrong} of these {len(rows)} runs have fewer than three correct digits in maneuver "
+    said += f"{maneuver}."
     own = [p.name for p, *_ in rows if p.said["kind"] == "own"]
-    said += f" Part of this project and not counted as programs: {'; '.join(own)}." if own else ""
+    said += f" Runs of this project, not counted as programs: {'; '.join(own)}." if own else ""
     return f"{said} Programs without a passing run: {'; '.join(none)}." if none else said
 
 
@@ -58,7 +58,8 @@ def _measured(found):
         f"Measured on one of {machine['cores']} cores of {machine['cpu']}, {machine['system']}, "
         f"{found['started'].partition('T')[0]}, at a load average of {min(load):.0f} to "
         f"{max(load):.0f}. Time is the fastest repetition divided by the fastest of "
-        f"{found['peer']['name']}, measured before and after each: {1e3 * min(beside):.2g} to "
-        f"{1e3 * max(beside):.2g} ms, {found['peer']['digits']:.1f} digits. Spread is the "
-        f"slowest repetition divided by the fastest, minus one."
+        f"{found['peer']['name']}, which ran before and after each program, in "
+        f"{1e3 * min(beside):.2g} to {1e3 * max(beside):.2g} ms and with "
+        f"{found['peer']['digits']:.1f} digits. Spread is the slowest repetition divided by the "
+        "fastest, minus one."
     )

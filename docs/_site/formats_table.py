@@ -18,7 +18,7 @@ def _line(format_: Format) -> str:
 
 def table() -> str:
     """The table in Markdown."""
-    return "\n".join(["| format | what of it |", "|---|---|", *map(_line, TEXT_FIRST)])
+    return "\n".join(["| format | what is read |", "|---|---|", *map(_line, TEXT_FIRST)])
 
 
 def page(text: str) -> str:

@@ -135,11 +135,15 @@ def markdown(said, far, classes):
         hidden = [c for c, s in said.items() if s[name].startswith("not visible")]
         listed = ", ".join(f"`{c}`" for c in hidden)
         lines.append(f"| {name} | {sum(map(is_right, visible))} of {len(visible)} | {listed} |")
-    lines += ["", "Files that differ by less than three errors, one class:", ""]
+    lines += [
+        "",
+        "Mistakes whose files differ by less than three times the error form one class:",
+        "",
+    ]
     for name, found in classes.items():
         groups = sorted(sorted(c) for c in found if "" not in c)
-        told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups) or "none"
-        lines.append(f"- {name}: {told}")
+        told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups)
+        lines += [f"- error {name}: {told}"] if told else []
     lines += [
         "",
         "| mistake | what the program does | moves | " + " | ".join(LEVELS) + " |",
