@@ -61,7 +61,7 @@ SOURCES = (
         "are the numbers of a column those of another maneuver?",
         numbers_of_another_maneuver,
     ),
-    Source("exchanged", "are angles or rates exchanged?", exchanged),
+    Source("exchanged", "are angles or rates of roll and steer exchanged?", exchanged),
     Source("differences", "is a rate a finite difference of its own angle?", own_differences),
     Source("shifted", "is a rate shifted by a row from its own angle?", shifted_rate),
     Source(
