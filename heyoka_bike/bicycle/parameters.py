@@ -179,7 +179,8 @@ class Bicycle:
             if not isinstance(x, Exact) or not x.is_moderate:
                 found = "a magnitude out of range" if isinstance(x, Exact) else type(x).__name__
                 raise InputError(
-                    f"{symbol}: found {found}, expected an Exact, zero or from 1e-300 to 1e300"
+                    f"{symbol}: found {found}, expected an Exact that is zero or between 1e-300 "
+                    "and 1e300 in magnitude"
                 )
         kept = {s: u for s, u in self.uncertainties.items() if s not in changes}
         return _checked_bicycle(self.name, {**self.values, **changes}, kept, TomlSource())
@@ -389,7 +390,7 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
     if steps.denominator != 1:
         raise source.error(
             f"found {_show(values['duration'])} s, "
-            f"expected a whole number of spacings of {_show(values['spacing'])} s",
+            f"expected a multiple of the spacing, {_show(values['spacing'])} s",
             (*where, "duration"),
         )
     if steps + 1 > MAX_ROWS:
@@ -437,11 +438,13 @@ def _read_value(
         at = (*where, name)
         x = source.number(entry[name], at)
         if not (x.is_rational or size.is_rational):
-            message = f"found {_show(x)}, expected a number without pi in this unit"
+            message = f"found {_show(x)} {unit}, expected a number without pi"
             raise source.error(message, at)
         if not (found := x * size).is_moderate:
             raise source.error(
-                f"found {_show(x)} in this unit, expected zero or 1e-300 to 1e300 in SI units", at
+                f"found {_show(x)} {unit}, expected zero or a magnitude between 1e-300 and 1e300 "
+                "in SI units",
+                at,
             )
         return found
 
@@ -480,7 +483,8 @@ def _checked_bicycle(
     for a, b, what in (("mR", "mB", "rear"), ("mH", "mF", "front")):
         if values[a].is_zero and values[b].is_zero:
             raise source.error(
-                f"found 0 kg, as for {a}, expected a {what} assembly with mass",
+                f"found 0 kg, and 0 kg for {a} too, expected at least one of them above zero: the "
+                f"{what} assembly needs a mass",
                 ("parameters", b),
             )
     for letter in "BH":

@@ -31,7 +31,12 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
         if not (part.isascii() and part.isdigit() and int(part[:9]) in reference):
             raise InputError(f"--maneuver: found '{part:.40}', expected 1 to {len(reference)}")
     if len(parts) not in (1, count):
-        raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
+        from heyoka_bike.scoring.evidence.words import counted
+
+        raise InputError(
+            f"--maneuver: found {counted(len(parts), 'number')} for {counted(count, 'file')}, "
+            "expected one for each file"
+        )
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
 
 
@@ -96,8 +101,8 @@ def read(
     if maneuver is not None and held != [maneuver]:
         shown = ", ".join(map(str, held))
         raise InputError(
-            f"--maneuver {maneuver} does not fit: the file contains maneuver {shown}; use the "
-            "option for a file of one maneuver",
+            f"--maneuver {maneuver} does not fit: the file contains maneuver {shown}. The option "
+            "is only for files of a single maneuver",
             file=file,
         )
     return results

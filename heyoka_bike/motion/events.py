@@ -583,7 +583,7 @@ def _time(maneuver: Maneuver, text: str) -> Fraction:
     rows = time.rational / maneuver.spacing
     if rows.denominator != 1:
         raise InputError(
-            f"--until: found {text} s, expected a whole number of the spacings of {maneuver.name}, "
+            f"--until: found {text} s, expected a multiple of the spacing of {maneuver.name}, "
             f"{float(maneuver.spacing):g} s"
         )
     _check_rows(maneuver, int(rows))

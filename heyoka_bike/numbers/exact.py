@@ -114,7 +114,7 @@ class Exact:
         """Return the product; raise `ValueError` where both contain pi."""
         x, by = (self, other) if other.is_rational else (other, self)
         if not by.is_rational:
-            raise ValueError("a product of pi and pi, expected one linear in pi")
+            raise ValueError("a product of pi and pi, expected an expression linear in pi")
         return Exact(by.rational * x.rational, by.rational * x.pi_multiple)
 
     def __truediv__(self, other: Exact) -> Exact:

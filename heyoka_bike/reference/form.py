@@ -134,7 +134,7 @@ def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
                     yield from _columns(f[group], declared, maneuver, e, name)
         is_hashed = name in (layout.MOTION, layout.SENSITIVITIES) and not e.has_proof
         if is_hashed and said != layout.content_sha256(f):
-            yield "attribute content_sha256: is not the hash of the numbers"
+            yield "attribute content_sha256 is not the hash of the numbers in the file"
 
 
 def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
@@ -177,7 +177,10 @@ def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[
     size = max(float(np.nanmax(np.abs(x), initial=0.0)) for x in energies)
     difference = np.abs(energies[0] + energies[1] - energies[2])
     if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
-        yield f"{group.name}: derivatives of the energies do not add up"
+        yield (
+            f"{group.name}: the derivatives of the potential and the kinetic energy do not add up "
+            "to those of the mechanical energy"
+        )
 
 
 def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
@@ -185,7 +188,7 @@ def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
     x = read_group(group)
     times = [float(maneuver.time(i * ROWS_APART)) for i in range(len(x.time))]
     if not np.array_equal(x.time, times):
-        yield f"{group.name}/rows/time: found other times than those of every tenth row"
+        yield f"{group.name}/rows/time: found other times, expected those of every tenth row"
     elif not x.breaks[0] <= times[0] <= times[-1] <= x.breaks[-1]:
         yield f"{group.name}/breaks: the pieces do not cover the rows"
     else:
@@ -232,7 +235,7 @@ def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
     for axis, scale in enumerate(item.scales):
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
-            yield f"{dataset.name}: axis {axis} does not have the scale {group[scale].name}"
+            yield f"{dataset.name}: axis {axis} lacks the dimension scale {group[scale].name}"
     # The proof recomputes all numbers except the indices.
     if e.has_proof and item.kind != hdf5.INDEX:
         return
@@ -297,7 +300,7 @@ def problems_of_candidate(group: Any, maneuver: Maneuver) -> Iterator[str]:
             f"expected one of {', '.join(STATES_OF_FORM)}"
         )
     elif json.loads(said["states"]) != STATES_OF_FORM[form]:
-        yield f"{group.name}: attribute states: found other variables than those of {form}"
+        yield f"{group.name}: attribute states: expected the variables of the form {form}"
     grid, bits = int(said["grid"]), int(said["precision_bits"])
     if Precision.of(str(said["precision"]).split()[0]).bits != bits:
         yield f"{group.name}: {said['precision']!r:.80} does not have {bits} bits"
@@ -306,9 +309,15 @@ def problems_of_candidate(group: Any, maneuver: Maneuver) -> Iterator[str]:
     width = group["coefficients"].shape[-1]
     # The state of a moving bicycle never exceeds 2^64.
     if not 0 < width <= (grid + 64) // 8 + 1:
-        raise UnusableError(f"{group.name}/coefficients has integers of {width} bytes")
+        raise UnusableError(
+            f"{group.name}/coefficients: found integers of {width} bytes, expected 1 to "
+            f"{(grid + 64) // 8 + 1}"
+        )
     for item in structure.of_maneuver(layout.CANDIDATE, {}, (), {**group, **said}).datasets:
         _check_shape(group[item.name], item)
     times = group["breaks"][:]
     if not _do_increase(times) or not maneuver.duration <= times[-1] < np.inf:
-        yield f"{group.name}/breaks: do not increase from 0 to {float(maneuver.duration):g} s"
+        yield (
+            f"{group.name}/breaks: found times that do not increase from 0 to at least "
+            f"{float(maneuver.duration):g} s"
+        )

@@ -174,14 +174,14 @@ def _look_through(f: h5py.File, most: int) -> None:
             item = h5py.h5o.open(group, name)
             place = h5py.h5o.get_info(item).addr
             if place in seen:
-                raise DatasetError(f"{where} is another object of this file, expected it once")
+                raise DatasetError(f"{where} is a second name of an object, expected one name")
             seen.add(place)
             if isinstance(item, h5py.h5g.GroupID):
                 groups.append(item)
             elif isinstance(item, h5py.h5d.DatasetID):
                 reason = why_unsafe(item, most, _FILTERS_OF_SETS)
                 if not reason and item.get_type().get_class() not in _NUMBERS:
-                    reason = "does not contain numbers, expected only numbers in a dataset"
+                    reason = "does not contain numbers, expected a dataset of numbers"
                 if reason:
                     raise DatasetError(f"{where} {reason}")
                 most -= bytes_of(item)
@@ -206,7 +206,7 @@ def refuse_many_texts(item: Any, inside: bytes) -> None:
         has_texts = any(kind.detect_class(x) for x in (h5py.h5t.VLEN, h5py.h5t.STRING))
         if has_texts and prod(attribute.shape or ()) > _MOST_TEXTS:
             where = _shown(inside + attribute.name)
-            raise DatasetError(f"attribute {where} has many texts, expected one")
+            raise DatasetError(f"attribute {where} has many strings, expected one string")
 
 
 _NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT)
@@ -263,9 +263,9 @@ def why_unsafe(
     # These filters read the unpacked size from their own parameters, which may differ from the size
     # of the chunk.
     if any(code in _SIZED and values[2] != entries for code, _, values, _ in used):
-        return "is compressed with the size of another chunk"
+        return "is compressed with a wrong chunk size, expected the size of its own chunks"
     if _unpacks_to_more(dataset, codes, max(chunk, _USUAL_CHUNK)):
-        return f"has a chunk that unpacks to more than its {chunk} bytes"
+        return f"has a chunk that unpacks to more than the declared {chunk} bytes"
     return ""
 
 

@@ -232,7 +232,8 @@ class ReferenceManeuver(Displayed):
                 raise InputError(unknown_word(name, self.columns, "column "))
             if name not in self.at_any_time:
                 raise InputError(
-                    f"{name}: this dataset has it at the rows only: maneuver[{name!r}]"
+                    f"{name}: this dataset contains the column at the rows only; use "
+                    f"maneuver[{name!r}]"
                 )
         hi, lo = as_double(t)
         times: Double = (hi.ravel(), lo.ravel())
@@ -509,7 +510,10 @@ def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Re
     for m in maneuvers:
         for key in (*NEEDED, *m.definitions):
             if key not in m.at_any_time:
-                raise ValueError(f"{m.name}: no {key}, the default definition of that column")
+                raise ValueError(
+                    f"{m.name}: the file has no {key}, which is the default definition of a "
+                    "column of the benchmark"
+                )
     return Reference(
         dataset_version=manifest.dataset_version,
         content_sha256=str(f.attrs["content_sha256"]),
@@ -594,7 +598,7 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
         _opened(raw, manifest) as f,
     ):
         if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
-            raise ValueError("other unknowns than this version has")
+            raise ValueError("its unknowns are not those of this version")
         groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
         return Sensitivities(tuple(map(read_group, groups)))
 
@@ -604,7 +608,9 @@ def read_group(group: Any) -> Sensitivity:
     breaks = read_array(group, "breaks")
     shape = group[columns_of(group)[0]].shape
     if len(shape) != 3 or breaks.shape != (shape[0] + 1,):
-        raise ValueError(f"{group.name}: found {shape} coefficients and {breaks.shape} breaks")
+        raise ValueError(
+            f"{group.name}: found coefficients of shape {shape} and breaks of shape {breaks.shape}"
+        )
     if "rows" not in group:
         (coefficients,) = on_demand(group, SENSITIVITIES, {"": shape})
         return Sensitivity(breaks, dict(coefficients))
@@ -638,7 +644,9 @@ def _read_maneuver(
     time, breaks = read_array(group, "time"), read_array(dense, "breaks")
     for name, x in (("time", time), ("dense/breaks", breaks)):
         if x.ndim != 1 or x.size < 2 or not (np.isfinite(x).all() and (np.diff(x) > 0).all()):
-            raise ValueError(f"{group.name}/{name}: found no times that increase")
+            raise ValueError(
+                f"{group.name}/{name}: expected at least two finite times that increase"
+            )
     of_rows = dict.fromkeys(("", LOW, BOUND), time.shape)
     pieces = breaks.size - 1
     of_pieces = {"": (pieces, NODES), LOW: (pieces, NODES), BOUND: (pieces,)}

@@ -179,7 +179,7 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
         version = document["schema_version"]
         if version != SCHEMA_VERSION:
             newer = isinstance(version, int) and version > SCHEMA_VERSION
-            advice = "a newer heyoka_bike reads it" if newer else "generate the set again"
+            advice = "use a newer heyoka_bike" if newer else "generate the dataset again"
             raise DatasetError(
                 f"{path}: found schema version {version}, expected {SCHEMA_VERSION} ({advice})"
             )
@@ -190,7 +190,8 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
         files = {str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]}
         if (total := sum(size for size, _ in files.values())) > MOST_BYTES_OF_SET:
             raise DatasetError(
-                f"{path}: lists files of {total} bytes, expected at most {MOST_BYTES_OF_SET}"
+                f"{path}: lists files of {total} bytes in total, expected at most "
+                f"{MOST_BYTES_OF_SET}"
             )
         return Manifest(
             dataset_version=dataset_version,
@@ -220,11 +221,11 @@ def problem_of_form(raw: bytes) -> str:
         expected.insert(-1, "performance_limits")
     names = [str(f["file"]) for f in document.get("files", ())]
     if list(document) != expected:
-        return f"found the entries {', '.join(document):.200}; expected {', '.join(expected)}"
+        return f"found the entries {', '.join(document):.200}, expected {', '.join(expected)}"
     if raw != as_json(document):
-        return "the form is not that of 'heyoka-bike generate'"
+        return "the layout of the text is not the one that 'heyoka-bike generate' writes"
     if sorted(set(names)) != names:
-        return "the files are not in alphabetical order, each listed once"
+        return "the files are not listed in alphabetical order, or one is listed twice"
     return ""
 
 

@@ -165,7 +165,7 @@ def align(results: Results, reference: Reference) -> Alignment:
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
             )
         if any(part.number == number for part in parts):
-            raise InputError(f"found maneuver {number} twice", file=results.path)
+            raise InputError(f"found maneuver {number} twice, expected it once", file=results.path)
         part, outside = _rows_within_run(rows, number, reference[number])
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
@@ -425,9 +425,10 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
     apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
     raise NothingScoredError(
-        f"{results.path}: found columns far from every maneuver (they typically differ by "
+        f"{results.path}: found columns far from every maneuver (relative to the largest values, "
+        "they typically differ by "
         + ", ".join(f"{x:.2g} from maneuver {n}" for n, x in sorted(apart.items()))
-        + ", relative to the largest values), expected those of one; choose it with "
+        + "), expected the columns of one maneuver; to choose it, use "
         + f"{_option(results, 'maneuver', 'N')}{hint}"
     )
 
@@ -611,8 +612,8 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
     if not len(times):
         return f"{results.path}: found no rows, expected at least one"
     return (
-        f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
-        f"within 0 to {end:g} s{_unit_question(times, end)}"
+        f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected "
+        f"times within 0 to {end:g} s{_unit_question(times, end)}"
     )
 
 

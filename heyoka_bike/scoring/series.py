@@ -58,6 +58,7 @@ from heyoka_bike.scoring.evidence.several_runs import (
     Staying,
     StepsUnknown,
 )
+from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
@@ -303,7 +304,7 @@ def _aligned_program(given: Any, name: str, reference: Reference) -> Alignment:
 def _by_name(cpu: Mapping[str, float], names: Sequence[str]) -> list[float | None]:
     unknown = [name for name in cpu if name not in names]
     if unknown:
-        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected names among {', '.join(names)}")
+        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected one of {', '.join(names)}")
     return [cpu.get(name) for name in names]
 
 
@@ -312,7 +313,10 @@ def check_names(names: Sequence[str] | None, count: int) -> None:
     if names is None:
         return
     if len(names) != count:
-        raise InputError(f"name: found {len(names)}, expected {count}, one for each file")
+        raise InputError(
+            f"name: found {counted(len(names), 'name')} for {counted(count, 'file')}, expected one "
+            "for each file"
+        )
     if not all(name.strip() for name in names):
         raise InputError(f"name: found an empty name in {','.join(names)!r:.60}, expected text")
 
@@ -513,7 +517,10 @@ def _files(results: Sequence[Any], reference: Reference, options: _Options) -> l
             continue
         if len(given) != len(results):
             count = len(results)
-            raise InputError(f"{name}: found {len(given)}, expected {count}, one for each file")
+            raise InputError(
+                f"{name}: found {counted(len(given), 'value')} for {counted(count, 'file')}, "
+                "expected one for each file"
+            )
         if name != "tolerance" and not all(
             x is None or _SHORTEST_SECONDS <= x <= _LONGEST_SECONDS for x in given
         ):

@@ -117,7 +117,7 @@ class ClusterExecutor(Executor):
         for worker, there in found.items():
             if isinstance(there, ImportError):
                 raise VersionsDifferError(
-                    f"{worker}: found no heyoka_bike, expected {versions()['heyoka_bike']}"
+                    f"{worker}: found no heyoka_bike, expected version {versions()['heyoka_bike']}"
                 )
             if isinstance(there, BaseException):
                 raise VersionsDifferError(f"{worker}: its versions cannot be read: {there}")

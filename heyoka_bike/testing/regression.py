@@ -87,7 +87,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
                 f"found {name!r:.60}, expected maneuver, column, or one of {', '.join(known)}"
             )
     if maneuver is not None and (isinstance(maneuver, bool) or not isinstance(maneuver, int)):
-        raise InputError(f"found maneuver={maneuver!r:.60}, expected its number, from 1")
+        raise InputError(f"found maneuver={maneuver!r:.60}, expected a maneuver number from 1")
     if column is not None and not isinstance(column, str):
         raise InputError(f"found column={column!r:.60}, expected a name such as 'roll_angle'")
     limits = {}

@@ -60,7 +60,7 @@ def test_a_maneuver_may_be_in_km_h_and_degrees(tmp_path):
     ("entry", "said"),
     [
         ('value = "18", unit = "mm"', "lam: found unit 'mm', expected 'rad'"),
-        ('value = "pi/10", unit = "deg"', "lam.value: found 0.314159265358979, expected"),
+        ('value = "pi/10", unit = "deg"', "lam.value: found 0.314159265358979 deg, expected"),
         ('value = "91", unit = "deg"', "found 1.58824961931484 rad, expected less than pi/2"),
     ],
 )  # fmt: skip
@@ -75,7 +75,7 @@ def test_what_the_unit_does_not_fit_is_refused(tmp_path, bicycle, entry, said):
 def test_a_length_out_of_range_in_its_unit_is_refused(tmp_path, bicycle):
     path = tmp_path / "mine.toml"
     path.write_text(written(bicycle, w='value = "1e-299", unit = "mm"'), encoding="utf-8")
-    with pytest.raises(InputError, match="expected zero or 1e-300 to 1e300 in SI units"):
+    with pytest.raises(InputError, match=r"found 1e-299 mm, .* in SI units"):
         read_bicycle(path)
 
 

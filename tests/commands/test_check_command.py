@@ -213,10 +213,10 @@ def test_few_digits_are_no_mistake(tmp_path, exact):
         ("states,pitch [rad]\n1,0\n", 1, "did you mean state?"),
         ("1 2\n3 4\n", 1, "found no line of column names that are known"),
         ("state,com_z [m]\n", 1, "expected"),
-        ("state,mine\n1,0\n", 2, "found only states, expected also"),
+        ("state,mine\n1,0\n", 2, "found only states, without a quantity"),
         ("state,pitch [rad],pitch [deg]\n1,0,0\n", 1, "found a second column of pitch"),
         ("state,roll_angle [rad],com_z [m]\n18,0.2,0\n", 1,
-         "a.csv:2: found roll_angle 0.2 rad in state 18, expected 0.1: off by 0.1"),
+         "a.csv:2: found roll_angle 0.2 rad in state 18, expected 0.1 (the difference is 0.1)"),
         ("roll_angle [1],steer_angle [1],roll_rate [1/s],steer_rate [1/s],forward_speed [m/s],"
          "com_z [m]\n0,0,0,0,1,-0.8\n1.4,1.5,0,0,1,0\n", 1, "a.csv:3: found a state off the floor"),
     ],

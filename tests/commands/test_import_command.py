@@ -72,7 +72,7 @@ def test_wheels_without_mass_come_back(tmp_path):
 def test_the_benchmark_comes_back_as_printed(kind, bicycle, tmp_path, capsys):
     path = written(bicycle, tmp_path, kind)
     code, out, err = run(path, capsys=capsys)
-    said = "heyoka-bike: bicycle: g = 9.81 m/s^2 is taken: URDF has no gravity\n"
+    said = "heyoka-bike: bicycle: g is set to 9.81 m/s^2, because URDF files contain no gravity\n"
     assert (code, err) == (0, said if kind == "urdf" else "")
     made = tmp_path / "mine.toml"
     assert run(path, "-o", made, capsys=capsys)[1] == f"{made}\n"
@@ -193,13 +193,14 @@ def test_damaged_files_are_refused_or_read(kind, bicycle, tmp_path):
             'xyz="0 0 0.3" rpy', 'xyz="0 0.01 0.3" rpy',
             "the front wheel is -0.01 m off the plane of the rear wheel",
         ),
-        ('ixx="0.1405"', 'ixx="0.15"', "the inertia of F is 0.00475 kg m^2 off that of a wheel"),
+        ('ixx="0.1405"', 'ixx="0.15"', "the inertia of F differs by 0.00475 kg m^2 from that of a "
+         "wheel"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_held_is_said(old, new, note, bicycle, tmp_path, capsys):
     code, _, err = run(changed(tmp_path, bicycle, old, new), capsys=capsys)
     assert code == 0
-    assert f"bicycle: left out: {note}, which this bicycle cannot have\n" in err
+    assert f"bicycle: left out: {note}; no parameter of the bicycle describes this\n" in err
 
 
 def test_a_parameter_file_with_and_without_uncertainties(tmp_path, capsys):
@@ -276,7 +277,7 @@ ROBOT = '<robot name="a">\n  {}\n</robot>'
     [
         ("", "found no w, c, lam, "),
         (PLAIN, "found no c, lam, "),
-        (PLAIN + "w = 2\n", ":2:1: found w a second time, after line 1"),
+        (PLAIN + "w = 2\n", ":2:1: found w again, after line 1"),
         (PLAIN + "IHzz = 0.0292/-0.0003\n", ":2:8: IHzz: found '0.0292/-0.0003', expected a num"),
         (PLAIN + "c = 0.1, 0.2\n", ":2:5: c: found '0.1, 0.2', expected a number"),
         (PLAIN + "  tilt = 1\n", ":2:3: found unknown parameter 'tilt'"),
@@ -284,9 +285,9 @@ ROBOT = '<robot name="a">\n  {}\n</robot>'
         ("<robot", ":1:1: found XML that is not well-formed"),
         ("<world/>", ":1:1: found <world>, expected <robot> (URDF), <sdf> or <mujoco> (MJCF)"),
         ("<sdf/>", ":1:1: found no model, expected one <model> with joints that is not static"),
-        ('<!DOCTYPE a [<!ENTITY b "c">]><robot/>', "found a document type, expected plain XML"),
-        ("<a>" * 300, "found more than 200 elements in one another"),
-        ("<robot/>", ":1:1: found no single tree of links"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><robot/>', "found a document type declaration"),
+        ("<a>" * 300, "found elements nested more than 200 deep"),
+        ("<robot/>", ":1:1: found links that do not form a single tree"),
         (ROBOT.format('<link name="B"/>'), ":1:1: found 1 bodies that move (B), expected 4"),
         (ROBOT.format("<link/>"), ":2:3: found no name in <link>, expected one"),
         (
@@ -311,10 +312,10 @@ def test_refusals_are_one_line(text, said, tmp_path, capsys):
     [
         ('type="continuous"', 'type="prismatic"', "found a joint of type 'prismatic', expected"),
         ('<child link="F"/>', '<child link="Q"/>', "found link 'Q', expected the name of a link"),
-        ('radius="0.35"', 'radius="0.36"', "found its lowest point -0.01 m above that of the rear"),
+        ('radius="0.35"', 'radius="0.36"', "lowest point -0.01 m above the rear wheel's"),
         (
             '<axis xyz="0.30901699437494742 0 -', '<axis xyz="0.30901699437494742 0.1 -',
-            "found a steer axis that leans sideways or is level",
+            "found a steer axis that is horizontal or leans sideways",
         ),
         ('value="85"', 'value="-85"', "mB (mass of the rear frame with rider): found -85 kg"),
         ('ixz="-2.4"', 'ixz="-24"', "IBxz: found 24 kg m^2, expected at most the square root"),
@@ -337,8 +338,8 @@ def test_what_is_no_file_is_refused(tmp_path, capsys):
     binary.write_bytes(b"w = 1\n\xff")
     for path, said in (
         (tmp_path / "none", "cannot be read (No such file or directory), expected a parameter"),
-        (tmp_path, "found no file but a folder, pipe or device"),
-        (binary, "a:2: found a byte that is no UTF-8"),
+        (tmp_path, "found a folder, pipe or device"),
+        (binary, "a:2: found a byte that is not UTF-8"),
     ):
         code, _, err = run(path, capsys=capsys)
         assert (code, err.count("\n")) == (1, 1)

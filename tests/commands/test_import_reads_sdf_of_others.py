@@ -128,7 +128,9 @@ def test_links_that_are_fixed_are_one_body(changed, bicycle):
 def test_defaults_are_those_of_the_format_and_are_reported(changed, bicycle):
     found = changed(("<gravity>0 0 -9.81</gravity>", ""))
     assert float(found.bicycle["g"]) == 9.8
-    assert found.notes == ("g = 9.8 m/s^2 is taken, as SDFormat says: the world has no <gravity>",)
+    assert found.notes == (
+        "g is set to 9.8 m/s^2, the default of SDFormat, because the world has no <gravity>",
+    )
 
 
 def test_gravity_is_read_in_the_world_too(changed):
@@ -144,7 +146,7 @@ def test_a_model_without_a_world_has_no_gravity(bicycle, tmp_path):
     path.write_text(f'<sdf version="1.6">{model}</sdf>')
     found = import_bicycle(path)
     same(found, bicycle)
-    assert found.notes == ("g = 9.81 m/s^2 is taken: the file has no world",)
+    assert found.notes == ("g is set to 9.81 m/s^2, because the file has no world",)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +158,7 @@ def test_a_model_without_a_world_has_no_gravity(bicycle, tmp_path):
         ("<mass>4.49</mass>", "<mass>heavy</mass>", "<mass>: found 'heavy', expected a number"),
         ('<joint name="front_axle"', '<include/><joint name="front_axle"', "found <include> in a"),
         ("</world>", '<model name="c"><joint name="j"/></model></world>', "found 2 models with jo"),
-        ("<gravity>0 0 -9.81", "<gravity>0 1 -9.81", "found gravity that is not down"),
+        ("<gravity>0 0 -9.81", "<gravity>0 1 -9.81", "found gravity that does not point along -z"),
         ("<radius>", "<radius>1 ", "<radius>: found '1 "),
     ],
 )  # fmt: skip

@@ -225,14 +225,14 @@ def test_standard_input_is_read(tmp_path):
         ([FINE, "-o", "/proc/nowhere/report.html"], 1, "cannot be written"),
         ([FINE, "--require", "accuracy > 1"], 1, "expected one of scd"),
         ([FINE, "--maneuver", "4"], 1, "expected 1 to 3"),
-        ([FINE, "--maneuver", "1,2"], 1, "found 2 for 1 files"),
+        ([FINE, "--maneuver", "1,2"], 1, "found 2 numbers for 1 file, expected"),
         ([FINE, "--maneuver", "2"], 1, "contains maneuver 1, 2, 3"),
         ([FINE, "--step", "0"], 1, "expected more than zero"),
         ([FINE, "--step", "fast"], 1, "--step: found"),
-        ([FINE, "--step", "0.1,0.2"], 1, "step: found 2, expected 1"),
+        ([FINE, "--step", "0.1,0.2"], 1, "step: found 2 values for 1 file, expected"),
         ([FINE, "--reference", "nowhere"], 1, "expected a folder written by"),
         ([FINE, "--summary", "--format", "json"], 1, "--summary and --format json"),
-        ([FINE, COARSE, "--name", "A"], 1, "name: found 1, expected 2"),
+        ([FINE, COARSE, "--name", "A"], 1, "name: found 1 name for 2 files, expected"),
         ([FINE, COARSE, "--name", "A,"], 1, "name: found an empty name in 'A,'"),
         ([FINE, COARSE, "--name", "A,A"], 1, "found maneuver 1 twice"),
         ([FINE, COARSE, "--name", "A,B", "--step", "1,2"], 1, "name: found for runs of one"),
@@ -260,7 +260,7 @@ def test_nothing_to_score_is_exit_code_2(capsys, tmp_path):
     code, out, err = run(str(late), capsys=capsys)
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
-    assert "found times from 20 to 24 s, expected some within 0 to 10 s" in err
+    assert "found times from 20 to 24 s, expected times within 0 to 10 s" in err
 
 
 def test_a_failed_write_leaves_the_old_file(capsys, tmp_path, monkeypatch):

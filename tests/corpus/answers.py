@@ -32,8 +32,8 @@ ACCUSES = (*NAMES_A_CAUSE, "direction", "term_unexplained")
 """Codes of findings that blame the program, its input or its output."""
 
 _REAR, _FORK, _BOTH = "rear frame", "fork", "rear frame and of the fork"
-_TILTED = "inertia of the {} is taken in axes along the steer axis"
-_WRONG_WAY = "inertia of the {} is turned by the tilt the wrong way"
+_TILTED = "inertia of the {} is used as if it were in axes along the steer axis"
+_WRONG_WAY = "inertia of the {} is rotated by the tilt in the wrong direction"
 _OWN_SIGN = "product of inertia of the {} has the opposite sign in axes along the steer"
 
 ANSWERS = {
@@ -43,7 +43,7 @@ ANSWERS = {
     "rear frame inertia rotated the wrong way": _WRONG_WAY.format(_REAR),
     "fork inertia rotated the wrong way": _WRONG_WAY.format(_FORK),
     "rear frame and fork inertia rotated the wrong way": _WRONG_WAY.format(_BOTH),
-    "rear frame and fork inertia rotated by the head angle": "turned by the head angle",
+    "rear frame and fork inertia rotated by the head angle": "rotated by the head angle",
     "rear frame product of inertia with the other sign": "I_Bxz.*opposite sign",
     "fork product of inertia with the other sign": "I_Hxz.*opposite sign",
     "rear frame and fork product of inertia with the other sign": "both products.*opposite sign",
@@ -73,7 +73,7 @@ ANSWERS = {
     "no fork offset": r"goes through the front hub|trail \(c\) is 0\.1137",
     "fork offset with the other sign": "front hub is behind the steer axis",
     "trail with the other sign": "trail is negative",
-    "trail taken across the steer axis": "trail is taken as the distance .*from the steer axis",
+    "trail taken across the steer axis": "trail is used as the distance .*from the steer axis",
     "no trail": "trail is zero",
     "another steer axis tilt": r"tilt.*\(lam\) is (1[67]|20|0\.(29|34))",
     "gravity 9.8": r"Gravity is 9\.8 ",
@@ -92,12 +92,13 @@ ANSWERS = {
     "weight of the wheels missing": "wheels.* (weight|gravity)",
     "fork inertia about the front axle": "inertia of the fork is taken about the front hub",
     "rear frame centre of mass measured from the hub":
-        "centre of mass of the rear frame is taken from the rear hub",
+        "centre of mass of the rear frame is measured from the rear hub",
     "rear frame centre of mass not rotated":
-        "centre of mass of the rear frame is taken in axes along",
-    "fork centre of mass not rotated": "centre of mass of the fork is taken in axes along",
+        "centre of mass of the rear frame is used as if it were in axes along",
+    "fork centre of mass not rotated":
+        "centre of mass of the fork is used as if it were in axes along",
     "roll rate given along the tilted axis": r"roll rate .*(is 0\.0?47|tilt)",
-    "roll rate taken as degrees": "initial roll rate is taken as degrees",
+    "roll rate taken as degrees": "initial roll rate is read as degrees",
     "no roll rate at the start": "initial roll rate is zero",
     "steer rate at the start": "steer rate .*(is 0.05|as large as the roll rate)",
     "velocities at the start without the roll": "centres of mass do not move sideways",

@@ -65,7 +65,7 @@ def test_a_time_takes_the_place_of_the_duration(bicycle, maneuvers):
         ("never", "--until: found .*'fall'"),
         ("-1", "expected 'fall' or a positive time"),
         ("pi", "expected 'fall' or a positive time"),
-        ("0.005", "expected a whole number of the spacings of maneuver 1, 0.01 s"),
+        ("0.005", "expected a multiple of the spacing of maneuver 1, 0.01 s"),
         ("20000", "found 2000001 rows, expected 1000001 or fewer"),
     ],
 )

@@ -79,7 +79,9 @@ def test_a_column_that_an_older_set_has_at_its_rows_only(kind):
     reference = load_reference(kind("1.2.0"))
     m = reference.motion[1]
     assert np.isfinite(m.rows["rear_hub_x"]).all()
-    with pytest.raises(InputError, match="rear_hub_x: this dataset has it at the rows only"):
+    with pytest.raises(
+        InputError, match="rear_hub_x: this dataset contains the column at the rows only"
+    ):
         m.evaluate("0.01", "rear_hub_x")
     assert set(m.evaluate("0.01")) == m.at_any_time
     # The friction demand follows from the forces, which have dense output.
@@ -248,4 +250,4 @@ def test_an_older_set_is_certified_by_its_own_version(kind, capsys):
     """The proof of the derivatives depends on all columns together."""
     assert main(["certify", str(kind("1.3.0"))]) == 3
     (line,) = capsys.readouterr().err.splitlines()
-    assert "certificate.json: its 'statement' is not what is proved; an older set is" in line
+    assert "certificate.json: its 'statement' is not what is proved; to certify an older" in line

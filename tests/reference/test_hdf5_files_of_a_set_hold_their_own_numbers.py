@@ -131,7 +131,7 @@ def made(change, other):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (external_link, "is a link"), (soft_link, "is a link"), (loop, "is another object"),
+        (external_link, "is a link"), (soft_link, "is a link"), (loop, "is a second name"),
         (virtual, "is stored in another file"), (virtual_of_itself, "is stored in another file"),
         (external_storage, "is stored in another file"), (huge, "unpacks to 8796093022208 bytes"),
         (huge_together, "unpacks to"), (zeros, "unpacks to 80000000 bytes"),
@@ -140,7 +140,7 @@ def made(change, other):
         (longer_chunk_shuffled, "has a chunk that unpacks to more"),
         (packed_twice, "is compressed twice"), (other_filter, "is compressed by filter 32000"),
         (texts, "does not contain numbers"), (references, "does not contain numbers"),
-        (many_texts, "has many texts"), (named_type, "is a named type"),
+        (many_texts, "has many strings"), (named_type, "is a named type"),
     ],
 )  # fmt: skip
 def test_it_is_refused_by_name(change, reason, tmp_path):

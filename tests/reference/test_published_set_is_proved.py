@@ -331,7 +331,7 @@ def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    assert f"{file}: found {name}, and nothing proves it" in error
+    assert f"{file}: found {name}, which the proof does not cover" in error
 
 
 @pytest.mark.proof
@@ -352,7 +352,7 @@ def test_an_attribute_that_nobody_proves_is_refused(copy, capsys, file, place):
     code, error = certify(copy, capsys)
     assert code == 3
     path = f"{place}/certified_by".strip("/")
-    assert f"{file}: found attribute {path}, and nothing proves it" in error
+    assert f"{file}: found attribute {path}, which the proof does not cover" in error
 
 
 @pytest.mark.proof
@@ -423,7 +423,7 @@ def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    assert f"{name}: found in the manifest, and nothing proves it" in error
+    assert f"{name}: listed in the manifest, but the proof does not cover it" in error
 
 
 def next_up(x):
@@ -536,7 +536,7 @@ def test_a_set_without_a_motion_is_not_what_its_certificate_says(copy, capsys):
     assert verify(copy, capsys)[0] == 0
     code, error = certify(copy, capsys)
     assert code == 3
-    assert "motion.h5: not in the manifest" in error
+    assert "motion.h5: missing in the manifest" in error
 
 
 @pytest.mark.slow

@@ -216,7 +216,7 @@ def test_a_manifest_that_is_none_beside_the_files_of_a_set(small, capsys, text):
 
 
 @pytest.mark.proof
-@pytest.mark.parametrize(("version", "word"), [(2, "newer"), (0, "generate the set again")])
+@pytest.mark.parametrize(("version", "word"), [(2, "newer"), (0, "generate the dataset again")])
 def test_a_manifest_of_another_schema(small, capsys, version, word):
     path = small / MANIFEST
     path.write_text(path.read_text().replace('"schema_version": 1', f'"schema_version": {version}'))

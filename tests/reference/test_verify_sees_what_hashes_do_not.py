@@ -367,7 +367,7 @@ def test_the_start_of_the_candidate(copy):
     change_candidate(copy, 0, 0, 0, Fraction(1, 10**68))
     change_candidate(copy, 0, 0, 1, -Fraction(1, 10**68))
     assert ("candidate_joins", CANDIDATE) in failed(copy)
-    assert "roll begins 1e-68 off" in message(copy, "candidate_joins")
+    assert "value of roll differs by 1e-68" in message(copy, "candidate_joins")
 
 
 def test_a_motion_that_does_not_obey_the_equations(copy):

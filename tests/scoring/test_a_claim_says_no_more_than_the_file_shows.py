@@ -104,7 +104,7 @@ def test_an_answer_without_a_cause_has_twelve_lines_at_most(reference):
     remarks = tuple(info(f"remark_{n}", remark) for n in range(9))
     found = replace(report, diagnosis=remarks)
     text = summary.diagnosis(found)
-    assert len(text.splitlines()) <= MOST_LINES
+    assert sum(map(bool, text.splitlines())) <= MOST_LINES
     assert text.splitlines()[-1].endswith("more findings")
     assert len(summary.diagnosis(found, has_details=True).splitlines()) > MOST_LINES
 

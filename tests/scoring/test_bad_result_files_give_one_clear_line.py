@@ -229,7 +229,7 @@ def test_names_of_another_maneuver_than_told(tmp_path):
 
 def test_a_number_for_maneuvers_without_numbers():
     rows = Rows(None, np.arange(3.0), np.zeros(3), {"roll_angle": np.arange(3.0)})
-    expected = "found maneuver 2 for results of 2 maneuvers without numbers; leave out the number"
+    expected = "found the number of maneuver 2 for results of 2 maneuvers without numbers"
     with pytest.raises(InputError, match=expected):
         results_of(Results("x", "text", (rows, rows), 17), 3, maneuver=2)
 
@@ -383,7 +383,7 @@ FILES = [
     ("r.npz", npz(time=VECTOR, roll=VECTOR[:9]),
      "found 10 values of 'time' and 9 of 'roll', expected the same number"),
     ("r.npz", npz(time=VECTOR, time_lo=VECTOR[:9], roll=VECTOR),
-     "found 10 values and 9 of their second parts"),
+     "found 10 values and 9 low parts"),
     ("r.npz", npz(time=VECTOR, roll=VECTOR, lean=VECTOR), "found 'roll' and 'lean', expected one"),
     ("r.npz", npz(time=VECTOR, roll=VECTOR * 1j), "roll: found complex numbers"),
     ("r.npz", npz(maneuver_1=TABLE[:, :9], m1=TABLE[:, :9]), "found maneuver 1 a second time"),

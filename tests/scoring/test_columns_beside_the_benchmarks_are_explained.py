@@ -100,7 +100,7 @@ def test_a_diagnosis_does_not_contradict_its_verdict(reference, tmp_path, capsys
     assert main(["diagnose", str(tmp_path / "m2.csv")]) == 0
     out = " ".join(capsys.readouterr().out.split())
     for said in (
-        "wrong; the worst column has 1.0 correct digits (maneuver 2 yaw)",
+        "wrong; the worst column has 1.0 correct digits (yaw in maneuver 2)",
         "yaw of maneuver 2 is 1.1 times the exact value",
         "roll_angle, steer_angle: each is as exact as the digits written allow",
     ):

@@ -91,7 +91,7 @@ def test_equal_tolerances_do_not_tell_runs_apart(reference):
 
 
 def test_as_many_as_files(reference):
-    with pytest.raises(InputError, match="tolerance: found 1, expected 2"):
+    with pytest.raises(InputError, match="tolerance: found 1 value for 2 files"):
         series(reference, {"size": 1e-6}, {"size": 1e-7}, tolerances=(1e-9,))
 
 

@@ -184,7 +184,9 @@ def test_maneuvers_told_apart_by_a_column(labels, columns, reference, tmp_path):
 def test_maneuvers_below_each_other_are_never_one(columns, tmp_path):
     path = tmp_path / "r.txt"
     path.write_text(below(columns, None))
-    with pytest.raises(InputError, match="found 3 times that begin at 0, expected one maneuver"):
+    with pytest.raises(
+        InputError, match="found times that begin 3 times at 0, expected one maneuver"
+    ):
         read_results(path, maneuver=2)
     assert [rows.maneuver for rows in read_results(path).maneuvers] == [None] * 3
 

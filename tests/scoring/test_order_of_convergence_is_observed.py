@@ -136,8 +136,8 @@ def test_files_of_maneuvers_and_steps_are_sorted_into_runs(reference):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"steps": [0.01]}, "step: found 1, expected 2"),
-        ({"cpu": [1.0, 2.0, 3.0]}, "cpu: found 3, expected 2"),
+        ({"steps": [0.01]}, "step: found 1 value for 2 files"),
+        ({"cpu": [1.0, 2.0, 3.0]}, "cpu: found 3 values for 2 files"),
         ({"steps": [0.01, -0.01]}, "expected positive"),
         ({"cpu": [float("nan"), 1.0]}, "expected positive"),
     ],

@@ -88,7 +88,7 @@ def test_what_is_told_is_believed(reference, number):
 def test_columns_of_no_maneuver_are_not_scored(reference):
     random = np.random.default_rng(3)
     results = one(reference, 1, change=lambda k, v: random.standard_normal(len(v)))
-    with pytest.raises(NothingScoredError, match="choose it with --maneuver N") as raised:
+    with pytest.raises(NothingScoredError, match="to choose it, use --maneuver N") as raised:
         score(results, reference)
     assert raised.value.exit_code == 2
 
@@ -160,7 +160,7 @@ def test_smaller_units_of_time_are_asked_about(times, unit, reference):
     unknown = Rows(None, part.time, part.time_lo, part.values)
     with pytest.raises(NothingScoredError) as raised:
         score(Results("x", "text", (unknown,)), reference)
-    assert str(raised.value).endswith(asked if unit else "choose it with --maneuver N")
+    assert str(raised.value).endswith(asked if unit else "to choose it, use --maneuver N")
 
 
 def test_maneuvers_in_each_others_place_are_told(reference):

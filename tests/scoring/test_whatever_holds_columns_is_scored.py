@@ -116,7 +116,7 @@ def test_one_maneuver(kind, expected):
 
 def test_results_that_do_not_tell_their_maneuver_are_told():
     upright = hb.read_results({"time": TIME[:1], "roll_angle": ROLL[:1]})
-    with pytest.raises(BicycleError, match="choose it with maneuver=N"):
+    with pytest.raises(BicycleError, match="to choose it, use maneuver=N"):
         hb.score(upright)
     assert list(hb.score(upright, maneuver=2)) == [2]
 
@@ -261,7 +261,7 @@ def test_programs_are_compared_by_name(expected):
         (
             [],
             {"a": TABLE, "b": TABLE, "cpu": {"c": 1.0}},
-            "cpu: found 'c', expected names among a, b",
+            "cpu: found 'c', expected one of a, b",
         ),
         ([{"": TABLE, "b": TABLE}], {}, "name: found an empty name"),
     ],

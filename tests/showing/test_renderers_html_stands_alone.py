@@ -101,14 +101,14 @@ def test_hostile_names_stay_text(pages, parsed):
 def test_the_verdict_is_in_words(parsed):
     text = {name: page.text for name, page in parsed.items()}
     assert (
-        "≈ Close; the worst column has 4.1 correct digits (maneuver 1 steer_rate)."
+        "≈ Close; the worst column has 4.1 correct digits (steer_rate in maneuver 1)."
         in text["sample"]
     )
-    assert "✓ All 2 requirements met" in text["sample"]
+    assert "✓ Both requirements are met" in text["sample"]
     assert "is 5.3e-06 % in maneuver 2, which passes: the limit is 1e-3 %" in text["sample"]
     assert "✗ 1 of 3 requirements FAILED" in text["rough"]
     assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
-    assert "✗ Wrong; the worst column has no correct digit" in text["rough"]
+    assert "✗ Wrong; the worst column has no correct digits" in text["rough"]
     assert "≈ Close, but compared only in part; the worst" in text["half"]
     assert "covers 50 % of each maneuver" in text["half"]
     assert "✓ Right; no column has an error." in text["perfect"]

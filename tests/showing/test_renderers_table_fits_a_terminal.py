@@ -86,12 +86,14 @@ def test_colours_change_nothing_else(name):
 def test_the_verdict_by_true_error_comes_first():
     text = " ".join(text_of("sample").split())
     assert text.startswith(
-        "runs/other-h0.001.txt: close; the worst column has 4.1 correct digits (maneuver 1 "
-        "steer_rate); all 2 requirements met 1001 rows, 0 to 10 s, 12 digits written, text file; "
-        "1 warning"
+        "runs/other-h0.001.txt: close; the worst column has 4.1 correct digits (steer_rate in "
+        "maneuver 1); both requirements are met 1001 rows, 0 to 10 s, 12 digits written, text "
+        "file; 1 warning"
     )
     text = " ".join(text_of("rough").split())
-    assert "wrong; the worst column has no correct digit (maneuver 1 steer_rate, wrong by" in text
+    assert (
+        "wrong; the worst column has no correct digits (steer_rate in maneuver 1, wrong by" in text
+    )
     assert "1 of 3 requirements FAILED" in text
     assert "is 1.6 % in maneuver 2, which FAILS" in text
     assert "close, but compared only in part; the worst" in " ".join(text_of("half").split())

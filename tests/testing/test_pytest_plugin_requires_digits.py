@@ -345,7 +345,7 @@ def test_markers(pytester):
         ("2, scd=8", "found 2, expected keywords such as maneuver=2, scd=8"),
         ("column='lean', scd=8", "found column 'lean', expected one of roll_angle,*"),
         ("column='lean'", "found column 'lean', expected one of roll_angle,*"),
-        ("maneuver='two', scd=8", "found maneuver='two', expected its number, from 1"),
+        ("maneuver='two', scd=8", "found maneuver='two', expected a maneuver number from 1"),
         ("scd='eight'", "found scd='eight', expected a number"),
         ("scd=float('nan')", "*found*nan*"),
         ("scd=True", "found scd=True, expected a number"),

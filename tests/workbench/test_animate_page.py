@@ -35,9 +35,9 @@ def test_the_page_stands_alone(pages, name):
 
 def test_it_says_the_verdict_as_the_report_does(pages):
     said = Page(pages["compared"]).text
-    assert "✗ Wrong; the worst column has 1.6 correct digits (maneuver 1 steer_rate)." in said
+    assert "✗ Wrong; the worst column has 1.6 correct digits (steer_rate in maneuver 1)." in said
     report = Page(rendered(score(RESULT), "html", [])).text
-    assert "✗ Wrong; the worst column has 1.6 correct digits (maneuver 1 steer_rate)." in report
+    assert "✗ Wrong; the worst column has 1.6 correct digits (steer_rate in maneuver 1)." in report
 
 
 def test_every_control_has_a_name(pages):

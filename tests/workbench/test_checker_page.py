@@ -306,7 +306,7 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
     wrong = CELL | {"key": 1, "column": 1, "grade": 4, "digits": 1.6, "max_error": 0.1}
     every = [CELL | {"key": k, "column": k} for k in range(8)]
     other = CELL | {"maneuver": 2}
-    worst = "the worst column has 14.0 correct digits (maneuver 1 roll_angle)"
+    worst = "the worst column has 14.0 correct digits (roll_angle in maneuver 1)"
     for cells, whole, verdict in [
         (every, True, f"right; {worst}"),
         (every, False, f"right, but compared only in part; {worst}"),
@@ -319,7 +319,7 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
         (
             (CELL, wrong),
             True,
-            "wrong; the worst column has 1.6 correct digits (maneuver 1 roll_rate)",
+            "wrong; the worst column has 1.6 correct digits (roll_rate in maneuver 1)",
         ),
     ]:  # fmt: skip
         shown = judged(shared(*cells, whole=whole))

@@ -145,7 +145,7 @@ def test_another_format_is_refused_by_the_parser(capsys):
             ["--figure", "stability", "--maneuver", "2"],
             "--maneuver: found 2, expected none: 'stability' shows no motion",
         ),
-        (["--maneuver", "1", "-o", "x.png", "--format", "svg"], "--format: expected only with a"),
+        (["--maneuver", "1", "-o", "x.png", "--format", "svg"], "--format can be used only with a"),
         (["-o", "file"], "file/maneuver_1.png: cannot be written: File exists"),
         (["-o", "file/below"], "file/below/maneuver_1.png: cannot be written: Not a directory"),
         (["--maneuver", "1", "-o", "folder.svg/x.pdf/"], "folder.svg/x.pdf/maneuver_1.png: cannot"),

@@ -39,7 +39,7 @@ def test_a_figure_of_each_maneuver_is_a_tuple(tmp_path):
         (["phase", "x.jpg"], {}, "path: found 'x.jpg', expected a file ending in .png"),
         ([], {"maneuver": 7}, "maneuver: found 7, expected 1 to 3"),
         ([TABLE], {}, "figure: found a ndarray, expected the name of a figure"),
-        (["atlas"], {}, "expected the folder of an atlas"),
+        (["atlas"], {}, "needs the folder of an atlas"),
         (["phase"], {"reference": TABLE}, "reference: found a ndarray, expected the folder"),
     ],
 )

@@ -142,7 +142,7 @@ def test_a_port_that_is_taken_is_said(capsys):
         port = taken.getsockname()[1]
         assert main(["serve", "--port", str(port)]) == 1
     said = capsys.readouterr().err
-    assert said.startswith(f"heyoka-bike: 127.0.0.1, port {port}: cannot be listened on (")
+    assert said.startswith(f"heyoka-bike: cannot listen on 127.0.0.1, port {port} (")
     assert said.count("\n") == 1
 
 

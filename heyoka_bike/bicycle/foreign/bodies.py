@@ -147,7 +147,7 @@ def downward(gravity: Sequence[Any], element: Element) -> Any:
     """
     x, y, z = gravity
     if x or y or z > 0:
-        raise element.error("found gravity that is not down, expected 0 0 -g")
+        raise element.error("found gravity that does not point along -z, expected 0 0 -g")
     return -z
 
 
@@ -168,27 +168,31 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> ForeignBi
     left = rear_wheel.axis
     if abs(left[2]) > _OFF:
         raise rear_wheel.error(
-            "found an axle that is not level at zero angles, expected one that is"
+            "found an axle that is not horizontal at zero angles, expected a horizontal axle"
         )
     ahead = vector([left[1], -left[0], 0]) / MP.norm(left)
     if ((wheel.point - rear_wheel.point).T * ahead)[0] < 0:
         left, ahead = -left, -ahead
     if MP.norm(_cross(wheel.axis, left)) > _OFF:
-        raise wheel.error("found an axle that is not parallel to that of the rear wheel")
+        raise wheel.error(
+            "found an axle that is not parallel to the axle of the rear wheel at zero angles, "
+            "expected parallel axles"
+        )
     axes = MP.matrix([list(ahead), list(left), list(up)])
     rear, front = axes * rear_wheel.point, axes * wheel.point
     ground = rear[2] - rear_wheel.radius
     lifted = front[2] - wheel.radius - ground
     if abs(lifted) > _OFF:
         raise wheel.error(
-            f"found its lowest point {_say(lifted)} m above that of the rear wheel at zero angles, "
-            "expected both on one level"
+            f"found the front wheel's lowest point {_say(lifted)} m above the rear wheel's at zero "
+            "angles, expected both at the same height"
         )
     axis, pivot = axes * fork.axis, axes * fork.point
     axis = -axis if axis[2] > 0 else axis
     if abs(axis[1]) > _OFF or not axis[2]:
         raise fork.error(
-            "found a steer axis that leans sideways or is level, expected one that does not"
+            "found a steer axis that is horizontal or leans sideways, expected an axis in the "
+            "plane of symmetry that is not horizontal"
         )
     foot = pivot[0] + axis[0] / axis[2] * (ground - pivot[2])
     found = ForeignBicycle()
@@ -222,15 +226,16 @@ def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Bod
     ends = sorted(held[base.name], key=lambda body: len(held[body.name]))
     if len(ends) != 2 or len(held[ends[1].name]) != 1:
         raise base.error(
-            f"found another tree of {names:.80}, expected a frame that holds a wheel and a fork, "
-            "and a fork that holds a wheel"
+            f"found the bodies {names:.80} joined in another way, expected a wheel and a fork on "
+            "the frame, and a wheel on the fork"
         )
     rear, fork = ends
     (front,) = held[fork.name]
     for body in (rear, front):
         if body.radius is None:
             raise body.error(
-                "found no cylinder, sphere or ellipsoid that shows the radius of a wheel"
+                "found no radius of this wheel, expected a cylinder, sphere or ellipsoid as its "
+                "shape"
             )
     return rear, base, fork, front
 
@@ -243,7 +248,7 @@ def _wheel(
         f"the centre of mass of {body.name} is {{}} m off its hub", MP.norm(centre - hub)
     )
     found.notes += _left_out(
-        f"the inertia of {body.name} is {{}} kg m^2 off that of a wheel",
+        f"the inertia of {body.name} differs by {{}} kg m^2 from that of a wheel",
         max(abs(i[0, 0] - i[2, 2]) / 2, abs(i[0, 1]), abs(i[0, 2]), abs(i[1, 2])),
     )
     return {
@@ -271,7 +276,7 @@ def _frame(
 
 def _left_out(what: str, value: Any) -> Iterator[str]:
     if abs(value) > _OFF:
-        yield f"left out: {what.format(_say(value))}, which this bicycle cannot have"
+        yield f"left out: {what.format(_say(value))}; no parameter of the bicycle describes this"
 
 
 def _say(x: Any) -> str:

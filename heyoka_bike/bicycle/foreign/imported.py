@@ -86,7 +86,7 @@ def _text(path: Path) -> str:
         reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
         raise InputError(f"cannot be read ({reason}), {expected}", file=shown) from None
     if not is_file:
-        raise InputError(f"found no file but a folder, pipe or device, {expected}", file=shown)
+        raise InputError(f"found a folder, pipe or device, {expected}", file=shown)
     if len(raw) > _MAX_BYTES:
         raise InputError(f"found more than {_MAX_BYTES} bytes, {expected}", file=shown)
     try:
@@ -94,7 +94,7 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as e:
         line = raw.count(b"\n", 0, e.start) + 1
         raise InputError(
-            f"found a byte that is no UTF-8, {expected}", file=shown, line=line
+            f"found a byte that is not UTF-8, {expected}", file=shown, line=line
         ) from None
 
 

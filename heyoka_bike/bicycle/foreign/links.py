@@ -84,8 +84,8 @@ def from_the_base(
             rest = [i for i in rest if i not in ready]
     if len(order) < len(ends) or len(reached) != len(known) or not known:
         raise root.error(
-            "found no single tree of links, expected links of different names: one base, and one "
-            "joint for each other link"
+            "found links that do not form a single tree, expected different names, one root link, "
+            "and one joint for each other link"
         )
     return order
 
@@ -116,7 +116,9 @@ def bodies_of(links: Mapping[str, Link], joints: Sequence[Joint]) -> list[Body]:
             bodies[name] = _body(name, link, carrier, joint.point, joint.axis)
         elif joint.kind == "free":
             if any(body.mass.mass for body in bodies.values()):
-                raise link.element.error(f"found a second base {name}, expected one bicycle")
+                raise link.element.error(
+                    f"found a second root link {name}, expected a file that describes one bicycle"
+                )
             bodies = {name: _body(name, link, "", link.place, link.place)}
         else:
             within[name] = carrier

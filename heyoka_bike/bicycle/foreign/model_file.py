@@ -68,7 +68,7 @@ def _urdf(root: Element) -> ForeignBicycle:
     }
     found = parameters(bodies_of(links, found_joints), MP.mpf(_GRAVITY), root)
     found.name = root.attributes.get("name", "")
-    found.notes.append(f"g = {_GRAVITY} m/s^2 is taken: URDF has no gravity")
+    found.notes.append(f"g is set to {_GRAVITY} m/s^2, because URDF files contain no gravity")
     return found
 
 
@@ -128,7 +128,7 @@ def _mjcf(root: Element) -> ForeignBicycle:
     compiler, option = root.first("compiler"), root.first("option")
     in_degrees = compiler is None or compiler.attributes.get("angle", "degree") == "degree"
     if compiler is not None and compiler.attributes.get("eulerseq", "xyz") != "xyz":
-        raise compiler.error("found another eulerseq, expected xyz")
+        raise compiler.error("found an eulerseq other than xyz, expected xyz")
     bodies: dict[str, Body] = {}
 
     def visit(element: Element, within: str, parent_pose: Pose) -> None:
@@ -149,7 +149,9 @@ def _mjcf(root: Element) -> ForeignBicycle:
             within = name
         elif not within and kinds in ([], ["free"]):
             if bodies:
-                raise element.error(f"found a second base {name}, expected one bicycle")
+                raise element.error(
+                    f"found a second root body {name}, expected a file that describes one bicycle"
+                )
             bodies[name] = Body(name, own, "", place, place, _mjcf_radius(element), element)
             within = name
         elif not kinds:
@@ -168,7 +170,7 @@ def _mjcf(root: Element) -> ForeignBicycle:
     gravity = (option or root).numbers("gravity", 3, f"0 0 -{_GRAVITY}")
     found = parameters(list(bodies.values()), downward(gravity, option or root), root)
     found.name = root.attributes.get("model", "")
-    found.notes += [f"<{tag}> is not read" for tag in _NOT_READ if root.first(tag)]
+    found.notes += [f"<{tag}> was not read" for tag in _NOT_READ if root.first(tag)]
     return found
 
 
@@ -191,7 +193,8 @@ def _mjcf_mass(element: Element, pose: Pose, in_degrees: bool) -> Mass:
         for geom in element.all("geom"):
             if geom.numbers("mass", 1, "1")[0]:
                 raise geom.error(
-                    "found a body whose mass is that of its shapes, expected an <inertial>"
+                    "found a body that has shapes with mass but no <inertial>, expected its mass "
+                    "and inertia in <inertial>"
                 )
         return Mass.zero(pose[0])
     own = composed(pose, _pose(inertial, in_degrees))

@@ -43,13 +43,13 @@ def read(text: str, file: str) -> ForeignBicycle:
             )
         symbol, value = parts["symbol"], parts["value"]
         if symbol in _NOT_OF_THE_BICYCLE:
-            found.notes.append(f"{symbol} is left out: it is none of the bicycle's parameters")
+            found.notes.append(f"{symbol} is left out: it is not a parameter of the bicycle")
             continue
         if symbol not in PARAMETERS:
             guess = did_you_mean(symbol, PARAMETERS)
             raise refuse(f"found unknown parameter {quoted(symbol)}{guess}", parts.start("symbol"))
         if symbol in lines:
-            raise refuse(f"found {symbol} a second time, after line {lines[symbol]}")
+            raise refuse(f"found {symbol} again, after line {lines[symbol]}, expected it once")
         lines[symbol] = number
         scaled = _SCALED.fullmatch(value)
         both = _VALUE.fullmatch(scaled["both"] if scaled else value)

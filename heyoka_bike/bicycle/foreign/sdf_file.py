@@ -64,7 +64,8 @@ def read(root: Element) -> ForeignBicycle:
     found.name = model.attributes.get("name", "")
     found.notes += said
     found.notes += [
-        f"{element.text('name')} has no <inertial>: 1 kg and 1 kg m^2 are taken, as SDFormat says"
+        f"{element.text('name')} has no <inertial>; its mass is set to 1 kg and its moments of "
+        "inertia to 1 kg m^2, the defaults of SDFormat"
         for element in model.all("link")
         if element.first("inertial") is None
     ]
@@ -215,10 +216,13 @@ def _joint(joint: Element, parent: str, child: str, frames: _Frames) -> Joint:
 
 def _gravity(world: Element | None) -> tuple[Any, list[str]]:
     if world is None:
-        said = f"g = {_GRAVITY_OF_MODEL} m/s^2 is taken: the file has no world"
+        said = f"g is set to {_GRAVITY_OF_MODEL} m/s^2, because the file has no world"
         return MP.mpf(_GRAVITY_OF_MODEL), [said]
     element = world.first("gravity") or world.first("physics", "gravity")
     if element is None:
-        said = f"g = {_GRAVITY} m/s^2 is taken, as SDFormat says: the world has no <gravity>"
+        said = (
+            f"g is set to {_GRAVITY} m/s^2, the default of SDFormat, because the world has no "
+            "<gravity>"
+        )
         return MP.mpf(_GRAVITY), [said]
     return downward(element.values(3), element), []

@@ -106,14 +106,14 @@ def parse(text: str, file: str) -> Element:
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > _MAX_DEPTH:
-            raise refuse(f"found more than {_MAX_DEPTH} elements in one another")
+            raise refuse(f"found elements nested more than {_MAX_DEPTH} deep, expected flatter XML")
         line, column = parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
         element = Element(tag, attributes, file, line, column)
         (open_elements[-1].children if open_elements else roots).append(element)
         open_elements.append(element)
 
     def doctype(*_: object) -> None:
-        raise refuse("found a document type, expected plain XML without entities of its own")
+        raise refuse("found a document type declaration (<!DOCTYPE>), expected XML without one")
 
     def characters(text: str) -> None:
         open_elements[-1].content += text

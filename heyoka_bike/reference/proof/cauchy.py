@@ -109,7 +109,7 @@ def circle_bound(
                 return Circle(radius, polydisc, values)
             except NotAnalyticError as e:
                 reason = str(e)
-    raise NotAnalyticError(f"no analyticity shown for abs(s) <= {radii[-1]}: {reason}")
+    raise NotAnalyticError(f"analyticity is not shown for abs(s) <= {radii[-1]}: {reason}")
 
 
 def _polydiscs(piece: Piece, function: Function, equations: Equations) -> Iterator[list[flint.arb]]:

@@ -284,7 +284,7 @@ def _covers(published: Any, proved: Any, where: str) -> None:
     """Check that published decimals are no smaller than the proved ones, and all else is equal."""
     if isinstance(proved, dict):
         if not isinstance(published, dict) or set(published) != set(proved):
-            raise NotCertifiedError(f"{where}: found other entries than {', '.join(proved)}")
+            raise NotCertifiedError(f"{where}: expected the entries {', '.join(proved)}")
         for key, x in proved.items():
             _covers(published[key], x, f"{where}, {key}")
         return

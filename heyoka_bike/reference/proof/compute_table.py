@@ -223,7 +223,8 @@ def _compare(
     """
     for name in published.keys() - proved.keys():
         raise NotCertifiedError(
-            f"{run.maneuver.name}: {_in_words(name, inside)}: published, and not what is proved"
+            f"{run.maneuver.name}: {_in_words(name, inside)}: found in the file, but the proof has "
+            "no such values"
         )
     for name, right in proved.items():
         if isinstance(right, dict):
@@ -231,7 +232,7 @@ def _compare(
             continue
         where, found = f"{run.maneuver.name}: {_in_words(name, inside)}", published.get(name)
         if found is None:
-            raise NotCertifiedError(f"{where}: not in the file")
+            raise NotCertifiedError(f"{where}: missing in the file")
         if found.dtype != right.dtype or found.shape != right.shape:
             raise NotCertifiedError(
                 f"{where}: found {found.shape} of {found.dtype}, expected {right.shape} of "

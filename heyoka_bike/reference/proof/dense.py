@@ -263,7 +263,7 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
     breaks = dense.breaks
     problem = None
     if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
-        problem = "its breaks are not at least two numbers"
+        problem = "it does not have at least two finite breaks"
     elif breaks[0] != 0 or not (np.diff(breaks) > 0).all():
         problem = "its breaks do not increase from 0"
     elif not run.maneuver.duration <= Fraction(float(breaks[-1])) <= run.breaks[-1]:
@@ -277,7 +277,7 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
                 elif not np.isfinite(x).all():
                     problem = f"{name} has a coefficient that is not finite"
     if problem:
-        raise NotCertifiedError(f"{run.maneuver.name}: the dense output is not whole: {problem}")
+        raise NotCertifiedError(f"{run.maneuver.name}: the dense output is incomplete: {problem}")
 
 
 def expansions(

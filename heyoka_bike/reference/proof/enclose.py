@@ -254,7 +254,7 @@ def _check_shape(run: Trajectory) -> None:
     elif any(len(piece) != SIZE for piece in run.pieces):
         problem = f"a piece does not have {SIZE} state variables"
     if problem:
-        raise NotCertifiedError(f"{run.maneuver.name}: the candidate is not whole: {problem}")
+        raise NotCertifiedError(f"{run.maneuver.name}: the candidate is incomplete: {problem}")
 
 
 class Prover:
@@ -331,7 +331,9 @@ class Prover:
                 if all(x < y or x == 0 for x, y in zip(sup, eps, strict=True)):
                     return sup, carried.end(added)
             raise cauchy.refused(
-                piece, f"the error bound is {_show(reach)} of the polydisc's radius, not below 1/2"
+                piece,
+                f"the error bound is {_show(reach)} of the polydisc's radius, expected less than "
+                "1/2",
             )
 
     def flow(self, piece: Piece, rim: cauchy.Circle, lengths: Sequence[int] = ()) -> Flow:
@@ -342,11 +344,12 @@ class Prover:
             flow = Flow.of(jacobian, tail)
             if not flow.condition < CONDITION:
                 raise cauchy.TooLongError(
-                    f"Y has condition {_show(flow.condition)}, not below {CONDITION}"
+                    f"the condition number of the matrix Y is {_show(flow.condition)}, expected "
+                    f"less than {CONDITION}"
                 )
             if flow.eta * flow.condition**2 < RESOLVED:
                 return flow
-        raise cauchy.TooLongError(f"Y is not resolved at order {tried[-1]}")
+        raise cauchy.TooLongError(f"the matrix Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> BallVector:
         """Return the jump between the end of piece i and the start of the next piece."""

@@ -389,8 +389,8 @@ def enclose_rows(
             for name, x in constant.items() if is_proof else ():
                 if not found[name].overlaps(x if isinstance(x, flint.arb) else exact_ball(x)):
                     raise NotCertifiedError(
-                        f"{at.trajectory.maneuver.name}: {name}, row {i}: is {found[name]} from "
-                        f"the state, but the constant value is {x}"
+                        f"{at.trajectory.maneuver.name}: {name}, row {i}: the state gives "
+                        f"{found[name]}, but the value that should be constant is {x}"
                     )
             row: dict[str, Value] = {**found, **constant}
             if i == 0:

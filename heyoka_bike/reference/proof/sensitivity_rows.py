@@ -378,7 +378,7 @@ class _Rounding:
         expected = [x, *[flint.arb(0)] * (len(row) - 1)]
         if not all(a.overlaps(b) for a, b in zip(row, expected, strict=True)):
             raise NotCertifiedError(
-                f"{self.run.maneuver.name}: the derivative of {name} is not constant, as expected"
+                f"{self.run.maneuver.name}: the derivative of {name} varies, expected a constant"
             )
         return expected
 

@@ -42,7 +42,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     raw = {name: manifest_file.read_file(folder, name, manifest) for name in manifest.files}
     runs = read_candidate(folder)
     if not runs:
-        raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
+        raise DatasetError(f"{folder}: candidate.h5 contains no maneuver")
     maneuvers = [run.maneuver for run in runs]
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
     texts = [text.name for text in layout.text_files(maneuvers)]
@@ -64,7 +64,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     if STATES_HDF5 in raw:
         layouts[STATES_HDF5] = structure.states(about(STATES_HDF5, inputs, ""), 0)
     for name in raw.keys() - layouts.keys() - others:
-        raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
+        raise NotCertifiedError(f"{name}: listed in the manifest, but the proof does not cover it")
     stated = {manifest_file.MANIFEST: manifest.inputs}
     try:
         # Check the certificate first, because its error states that the dataset is of an older
@@ -73,12 +73,14 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         for name, built in layouts.items():
             if name not in raw:
                 raise NotCertifiedError(
-                    f"{name}: not in the manifest, expected what {layout.CERTIFICATE} names"
+                    f"{name}: missing in the manifest, although {layout.CERTIFICATE} names it"
                 )
             where = Path(folder) / name
             with manifest_file.reading(where, "a file of a set"), hdf5.opened(raw[name]) as f:
                 for extra in sorted(_unknown(f, built)):
-                    raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
+                    raise NotCertifiedError(
+                        f"{name}: found {extra}, which the proof does not cover"
+                    )
                 stated[name] = _inputs(f, name, built.groups)
         with hdf5.opened(raw[layout.HDF5]) as f:
             content = layout.content_sha256(f)
@@ -86,7 +88,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise
     except hdf5.DAMAGE as e:
         reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
-        raise DatasetError(f"{folder}: a file of the set cannot be read ({reason})") from None
+        raise DatasetError(f"{folder}: a file of the dataset cannot be read ({reason})") from None
     for name, other in stated.items():
         # states.h5 states inputs without maneuvers.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
@@ -155,10 +157,10 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     statement = found["statement"] if found.get("statement") in known else STATEMENT
     expected = document({}, files, [], statement=statement)
     for key in found.keys() - expected.keys():
-        raise NotCertifiedError(f"{name}: found {key!r:.60}, and nothing proves it")
+        raise NotCertifiedError(f"{name}: found {key!r:.60}, which the proof does not cover")
     for key in ("statement", "proved", "computed", "trusted"):
         if found.get(key) != expected[key]:
-            older = "; an older set is certified by the version that made it"
+            older = "; to certify an older dataset, use the version that made it"
             raise NotCertifiedError(f"{name}: its {key!r} is not what is proved{older}")
     if len(found["maneuvers"]) != count:
         raise NotCertifiedError(

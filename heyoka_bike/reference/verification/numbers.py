@@ -113,8 +113,8 @@ def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
         off = abs(potential + kinetic - total)
         tally.counts(
             off <= allowed,
-            f"{x.at('energies', i)}: potential + kinetic - mechanical is {float(off):.2g} J, "
-            f"the bounds allow {float(allowed):.2g} J",
+            f"{x.at('energies', i)}: potential + kinetic - mechanical is {float(off):.2g} J, but "
+            f"the bounds allow only {float(allowed):.2g} J",
             float(off) / size,
         )
         said = f"{x.at(names[2], i)}: differs from row 0 by {float(total - first):.2g} J"
@@ -259,7 +259,10 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
         unit = flint.arb(2) ** -run.grid
         for name, exact, row in zip(run.states, start, run.pieces[0], strict=True):
             off = abs(exact - row[0] * unit)
-            said = f"{run.maneuver.name}: {name} begins {_show(off)} off the initial state"
+            said = (
+                f"{run.maneuver.name}: the first value of {name} differs by {_show(off)} from the "
+                "initial state"
+            )
             tally.counts(not off > unit, said)
 
 

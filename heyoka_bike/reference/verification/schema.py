@@ -52,7 +52,7 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     """Yield the problems of the certificate's structure, but not of its numbers."""
     document = json.loads(raw)
     if raw != layout.as_json(document):
-        yield "the form is not that of 'heyoka-bike generate'"
+        yield "the layout of the text is not the one that 'heyoka-bike generate' writes"
     later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
     later += () if e.has_bounds else ("motion", "sensitivities", "integration")
     entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]

@@ -1,7 +1,7 @@
 """Phrases about causes and the values that explain a file, for the sentences of `conclusions`."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import floor, log10
 
 from heyoka_bike.bicycle.parameters import PARAMETERS
@@ -44,21 +44,36 @@ def share_words(share: float) -> str:
     return percent if share < 2.0 else f"{short_number(share)} times its size"
 
 
-def scale_words(error: float, column: str = "") -> str:
-    """Format an error in scales of a column; sentences call the scale its largest value.
+def with_words(mistakes: Sequence[Cause]) -> str:
+    """Refer to some causes that a sentence has described, as "this mistake" or "these values"."""
+    found = [x for m in mistakes for x in m.found if not _is_part(x)]
+    is_of_values = all(m.found and not any(map(_is_part, m.found)) for m in mistakes)
+    if is_of_values:
+        return "this value" if len(found) == 1 else "these values"
+    count = sum(max(len(m.found), 1) for m in mistakes)
+    return "this mistake" if count == 1 else "these mistakes"
 
-    Without `column`, it is the column that the sentence has named.
-    """
-    size = f"{short_number(100 * error)} % of" if error < 2.0 else f"{short_number(error)} times"
-    return f"{size} the largest value of {column}" if column else f"{size} its largest value"
 
-
-def relief_words(relief: float) -> str:
-    """Format the factor by which a cause's simulation is nearer to a file than the exact motion."""
+def relief_words(mistakes: Sequence[Cause], relief: float) -> str:
+    """Say by which factor a simulation with causes is nearer to a file than the exact motion."""
     return (
-        f"A simulation with this cause agrees with the file {short_number(relief, 1)} times better "
-        "than the exact motion does"
+        f"A simulation with {with_words(mistakes)} agrees with the file "
+        f"{short_number(relief, 1)} times better than the exact motion does"
     )
+
+
+def equation_words(name: str) -> str:
+    """Name an equation of motion: "the roll equation"."""
+    return "the equation of the forward speed" if name == "speed" else f"the {name} equation"
+
+
+def accelerations_words(shares: Mapping[str, float]) -> str:
+    """List relative errors of accelerations, as "0.3 % (roll) and 2.1 % (steer)"."""
+    *first, last = (
+        f"{share_words(share)} ({'forward speed' if name == 'speed' else name})"
+        for name, share in shares.items()
+    )
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def inertia_words(found: Sequence[FittedValue]) -> str:
@@ -93,11 +108,13 @@ def _noun(name: str) -> str:
     return "term" if force.is_part else "force"
 
 
+def _is_part(x: FittedValue) -> bool:
+    """True if a value is the missing fraction of a term of the equations."""
+    return x.name in FORCES and FORCES[x.name].is_part
+
+
 def _values_words(found: Sequence[FittedValue]) -> str:
-    return ", and ".join(
-        _part_words(x) if x.name in FORCES and FORCES[x.name].is_part else _value_words(x)
-        for x in found
-    )
+    return ", and ".join(_part_words(x) if _is_part(x) else _value_words(x) for x in found)
 
 
 def _part_words(x: FittedValue) -> str:

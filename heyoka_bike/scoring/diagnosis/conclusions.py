@@ -12,15 +12,17 @@ from typing import Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.cause_words import (
     UNIT_OF_VALUE,
+    accelerations_words,
     count_words,
+    equation_words,
     inertia_words,
     mistakes_words,
     relief_words,
-    scale_words,
     share_words,
+    with_words,
 )
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.mistakes.in_start import MISPLACED
+from heyoka_bike.scoring.diagnosis.mistakes.in_start import VIOLATING
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
@@ -28,7 +30,7 @@ from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_units
-from heyoka_bike.scoring.evidence.words import short_number
+from heyoka_bike.scoring.evidence.words import scale_words, short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR
@@ -39,8 +41,8 @@ _CHECK_FORCES = (
 )
 _CHECK_TERMS = "Check that the equations of your program have all terms"
 _ABOUT_STARTS = (
-    ". If such initial velocities violate the rolling constraints, the simulation starts with the "
-    "nearest velocities that satisfy them"
+    ". These initial velocities violate the rolling constraints. The simulation of heyoka_bike "
+    "starts with the nearest velocities that satisfy the constraints"
 )
 # Adjectives of the equations that are not named by one.
 _ADJECTIVES = {"speed": "forward"}
@@ -93,6 +95,8 @@ class Explained(Evidence):
             said = f"{count_words(first.found)} the error: {said}"
         said += inertia_words(first.found)
         begins = "" if self.rank == 1 else "a less likely cause: "
+        if self.rank > 1 and len(first.mistakes) > 1:
+            begins = "a less likely cause, which needs several mistakes: "
         if self.rank == 1 and self.rest is not None:
             begins = "the error looks like this: "
         text = f"{begins}{said}"
@@ -137,13 +141,14 @@ class Explained(Evidence):
 
     def _proof(self) -> str:
         """Describe how much of the error the cause explains, in whole runs and in the equations."""
-        said = relief_words(self.hypotheses[0].relief)
+        first = self.hypotheses[0]
+        said = relief_words(first.mistakes, first.relief)
         if self.acceleration is not None:
             where, share, factor = self.acceleration
             said += (
                 f". The {_ADJECTIVES.get(where, where)} acceleration in the file differs from the "
-                f"exact equations by {share_words(share)}. It differs "
-                f"{short_number(factor, 1)} times less from equations with this cause"
+                f"exact equations by {share_words(share)}. With {with_words(first.mistakes)} in "
+                f"the equations, the difference is {short_number(factor, 1)} times smaller"
             )
         if self.rest is None and self.left:
             # An integration error larger than `TOLERANCE` is unlikely: the author would have seen
@@ -171,10 +176,7 @@ class Explained(Evidence):
                 "differs from the second row on. So look at the first step, not at the input"
             )
         text = "Check " + ". Also check ".join(dict.fromkeys(m.check for m in first.mistakes))
-        is_of_start = not first.found and any(
-            m.kind == "start" and not m.code.startswith(MISPLACED) for m in first.mistakes
-        )
-        return text + (_ABOUT_STARTS if is_of_start else "")
+        return text + (_ABOUT_STARTS if VIOLATING & set(first.codes) else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +203,8 @@ class BesideCause(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.fault.message()}. This finding compares the file with the motion of the cause "
-            "that follows, not with the exact motion"
+            f"{self.fault.message()}. This finding compares the file with a simulation of the "
+            "cause that follows, not with the exact motion"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -246,9 +248,10 @@ class LinearMotion(Evidence):
                 "equations compute energies in several ways"
             )
         return (
-            "These are motions of the linearised equations at constant speed. Their simulation "
-            f"agrees with the file {short_number(self.hypothesis.relief)} times better than the "
-            f"exact motion does. The benchmark asks for the nonlinear equations. {rest}"
+            "The file contains motions of the linearised equations at constant speed. A simulation "
+            f"of these equations agrees with the file {short_number(self.hypothesis.relief)} times "
+            f"better than the exact motion does. The benchmark asks for the nonlinear equations. "
+            f"{rest}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -265,7 +268,10 @@ class LikeliestUntilThen(Evidence):
 
     def message(self) -> str:
         h = self.hypothesis
-        return f"The likeliest cause so far: {mistakes_words(h.mistakes)}. {relief_words(h.relief)}"
+        return (
+            f"The likeliest cause so far: {mistakes_words(h.mistakes)}. "
+            f"{relief_words(h.mistakes, h.relief)}"
+        )
 
     def numbers(self) -> Mapping[str, Any]:
         return {"mistakes": list(self.hypothesis.codes), **_errors(self.hypothesis)}
@@ -383,9 +389,7 @@ class Direction(Evidence):
     def message(self) -> str:
         h = self.hypothesis
         return (
-            f"The error acts nearly like this: {mistakes_words(h.mistakes)}. The file satisfies "
-            "equations with this mistake better than the exact ones, by a factor of "
-            f"{short_number(h.relief)}"
+            f"The error acts nearly like this: {mistakes_words(h.mistakes)}. {_equations_relief(h)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -418,17 +422,17 @@ class LeftOfEquations(Evidence):
         return self.above <= _MAX_RATIO_OF_EXPLICIT
 
     def message(self) -> str:
-        off = ", ".join(f"{share_words(share)} ({name})" for name, share in self.shares.items())
         said = (
-            "The motion in the file does not quite satisfy the equations of motion, mainly that of "
-            f"{self.acts_in}. Its accelerations are off by {off}. "
+            "The motion in the file does not quite satisfy the equations of motion, mainly "
+            f"{equation_words(self.acts_in)}. Its accelerations are off by "
+            f"{accelerations_words(self.shares)}. "
         )
         if self.may_be_explicit:
             return f"{said}An integrator can cause this much; a wrong term would cause more"
         much = (
             f"this error is {short_number(self.above)} times the mismatch between the rates and "
-            f"the slopes of the angles, and at most {_MAX_RATIO_OF_INTEGRATORS:g} times in right "
-            "programs"
+            f"the slopes of the angles. In right programs this ratio is at most "
+            f"{_MAX_RATIO_OF_INTEGRATORS:g}"
         )
         if self.above <= _MAX_RATIO_OF_INTEGRATORS:
             return f"{said}Interpolated rows or an implicit integrator can cause this much: {much}"
@@ -463,7 +467,6 @@ class ForceUnexplained(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        shares = self.left.shares
         what = (
             "The remaining error is larger than an integrator's. It is a nonlinear effect of this "
             "mistake, or it has another cause"
@@ -472,16 +475,16 @@ class ForceUnexplained(Evidence):
             "length may be wrong, or a constraint may drift, slip or yield"
         )
         said = (
-            f"{what}. The error is largest in the {self.left.acts_in} equation: look there first. "
-            f"Accelerations are off by {share_words(shares['roll'])} (roll) and "
-            f"{share_words(shares['steer'])} (steer)"
+            f"{what}. As a force or torque, the error is largest in "
+            f"{equation_words(self.left.acts_in)}: look there first. As accelerations, the errors "
+            f"are {accelerations_words(self.left.shares)}"
         )
         if self.closest:
             said += f". {_nearest_words(self.closest[0])}"
         if self.is_end:
             said += (
-                ". Pairs of mistakes were not tried (--thorough, in Python thorough=True, tries "
-                "them)"
+                ". Pairs of mistakes were not simulated (--thorough, in Python thorough=True, "
+                "simulates them)"
             )
         return said
 
@@ -504,13 +507,13 @@ class TorqueLaw(Evidence):
         largest = max(of)
         unit = "rad/s" if law.variable.endswith("rate") else "rad"
         some = sorted({min(of, key=lambda x: abs(x - part * largest)) for part in _PARTS_OF_RANGE})
-        where = "on the steer axis" if law.equation == "steer" else "that leans the bicycle"
+        where = "on the steer axis" if law.equation == "steer" else "that rolls the bicycle"
         values = ", ".join(f"{of[x]:.3g} N m at {x:.2g} {unit}" for x in some)
         said = (
-            f"The program applies an extra torque {where}, or lacks one. The torque depends on the "
-            f"{law.variable} alone, as an odd function, for example {values}. It was fitted to one "
-            "half of the run. In the other half, the equations with this torque fit the file "
-            f"better by a factor of {short_number(law.relief)}"
+            f"The program applies an extra torque {where}, or lacks one. The torque is an odd "
+            f"function of the {law.variable} alone, for example {values}. It was fitted to one "
+            "half of the run. In the other half, the file satisfies the equations with this torque "
+            f"{short_number(law.relief)} times better than the exact ones"
         )
         if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
             said += (
@@ -544,6 +547,8 @@ class NoCauseFound(Evidence):
         True if the file's motion satisfies the equations.
     closest : tuple of Hypothesis
         Causes that explain a part of the residual of the equations, though not enough.
+    is_of_output
+        True if only some columns are wrong, which the finding before this one names.
     """
 
     tried: int
@@ -552,6 +557,7 @@ class NoCauseFound(Evidence):
     max_rel_error: float
     are_equations_met: bool
     closest: tuple[Hypothesis, ...] = ()
+    is_of_output: bool = False
 
     code = "no_mistake_found"
 
@@ -560,6 +566,8 @@ class NoCauseFound(Evidence):
         tried = f"{self.tried} mistakes and combinations were tried"
         if has_right_digits(self.max_rel_error):
             said = f"The largest error is only {size}. No known mistake explains it: {tried}"
+        elif self.is_of_output:
+            said = f"No known mistake explains these wrong columns: {tried}"
         else:
             said = f"No known mistake explains the error: {tried}. The largest error is {size}"
         if self.are_equations_met:
@@ -587,9 +595,9 @@ class UnitsBeside(Evidence):
     def message(self) -> str:
         units = " and ".join(in_units(self.units))
         return (
-            f"The motion of this cause fits the file if {units}. The score compares only with the "
-            "exact motion, so it read other units and reports too large errors. Name the units in "
-            "the headings, or with --columns (roll_angle_deg)"
+            f"A simulation of this cause fits the file if {units}. The score compares only with "
+            "the exact motion, so it read other units and reports too large errors. Name the units "
+            "in the headings, or with --columns (roll_angle_deg)"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -648,9 +656,16 @@ class NothingToDiagnose(Evidence):
 def _nearest_words(h: Hypothesis) -> str:
     """Name a cause that explains the residual of the equations only in part."""
     return (
-        f"The nearest mistake is: {mistakes_words(h.mistakes)}. The file satisfies equations with "
-        "this mistake better than the exact ones, but only by a factor of "
-        f"{short_number(h.relief)}"
+        f"The nearest explanation is: {mistakes_words(h.mistakes)}. {_equations_relief(h)}, which "
+        "is too little to call it the cause"
+    )
+
+
+def _equations_relief(h: Hypothesis) -> str:
+    """Say by which factor a file satisfies equations with a mistake better than the exact ones."""
+    return (
+        f"The file satisfies equations with {with_words(h.mistakes)} {short_number(h.relief)} "
+        "times better than the exact ones"
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.evidence.words import counted, time_beside
+from heyoka_bike.scoring.evidence.words import counted, either, time_beside
 from heyoka_bike.scoring.findings import Severity, maneuvers
 
 _NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
@@ -51,7 +51,8 @@ class ManeuverGuessed(Evidence):
         others = " or ".join(map(str, self.may_be))
         return (
             f"The file does not name its maneuver. It is compared with maneuver {self.maneuver}, "
-            f"which is a guess: it may also be maneuver {others}. To choose: {self.option}"
+            f"which is a guess: it may also be maneuver {others}. To choose the maneuver, use "
+            f"{self.option}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -109,7 +110,7 @@ class MeantByValues(Evidence):
 
     def message(self) -> str:
         return (
-            f"The name of a column may mean {' or '.join(self.may_be)}; by its values it is "
+            f"The name of a column may mean {either(self.may_be)}. Its values fit "
             f"{self.key or 'none of these, so it is left out'}"
         )
 
@@ -192,8 +193,9 @@ class OtherManeuver(Evidence):
     def message(self) -> str:
         return (
             f"The values given for maneuver {self.maneuver} are nearer to maneuver "
-            f"{self.nearest}: they typically differ from it by {self.distance:.2g} of a column's "
-            f"largest value, instead of {self.own_distance:.2g}"
+            f"{self.nearest}. They typically differ from maneuver {self.nearest} by "
+            f"{self.distance:.2g} of a column's largest value, and from maneuver {self.maneuver} "
+            f"by {self.own_distance:.2g}"
         )
 
     def numbers(self) -> Mapping[str, Any]:

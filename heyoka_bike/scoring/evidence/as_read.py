@@ -64,8 +64,9 @@ class NotCompared(Evidence):
         if self.reason == Reason.CONTRADICTS:
             return warning(
                 "known_columns_left_out",
-                f"{quoted_names(names)}: left out, because another column of the same quantity has "
-                "different values and is compared. Write each quantity once, or rename the column",
+                f"Columns with known names are left out: {quoted_names(names)}. Another column of "
+                "the same quantity has different values and is compared. Write each quantity once, "
+                "or rename the column",
                 **evidence,
             )
         if self.reason in _WHY_LEFT_OUT:

@@ -11,6 +11,7 @@ from heyoka_bike.scoring.evidence.words import (
     KEYS_NAMED,
     counted,
     errors_words,
+    its_errors,
     odds_words,
     open_words,
     ratio_words,
@@ -61,8 +62,8 @@ class WholeTurns(Evidence):
     def message(self) -> str:
         are = "is" if len(self.keys) == 1 else "are"
         return (
-            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn. This is not an error: "
-            "whole turns were added where the values jump"
+            f"{named(self.keys, KEYS_NAMED)} {are} written modulo 2 pi. This is not an error: "
+            "multiples of 2 pi were added where the values jump"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -139,7 +140,8 @@ class Conventions(Evidence):
         others = ", except the signs in the warning," if self.are_signs_contradicted else ""
         return (
             f"The file uses its own conventions, which are not errors: {'; '.join(said)}. "
-            f"Everything else{others} is the default. All errors allow for these conventions"
+            f"Everything else{others} follows the default conventions. All errors are computed "
+            "with these conventions"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -191,9 +193,9 @@ class OtherDefinition(Convention):
         taken = self.taken
         sure = f", {odds_words(taken.odds)}" if taken.odds else ""
         return (
-            f"{self.key} is {taken.definition}{sure}: errors {errors_words(self.errors)}, instead "
-            f"of {errors_words(self.errors_of_default)} for the default {self.default}"
-            f"{_in_brackets(open_words(taken.may_also_be))}"
+            f"{self.key} is {taken.definition}{sure}{_in_brackets(open_words(taken.may_also_be))}. "
+            f"{its_errors(self.errors)}; with the default {self.default}: "
+            f"{errors_words(self.errors_of_default)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -208,8 +210,7 @@ class OtherSign(Convention):
 
     def message(self) -> str:
         return (
-            f"{self.key} has the opposite sign: errors {errors_words(self.errors)} after the sign "
-            "is flipped"
+            f"{self.key} has the opposite sign. {its_errors(self.errors)} after the sign is flipped"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -226,9 +227,8 @@ class OtherUnit(Convention):
     code = "unit"
 
     def message(self) -> str:
-        errors = errors_words(self.errors)
         unit, default = unit_text(self.unit), unit_text(self.default)
-        return f"{self.key} is in {unit}, not {default}: errors {errors} {default}"
+        return f"{self.key} is in {unit}, not {default}. {its_errors(self.errors)} {default}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {**_of_convention(self), "unit": self.unit}
@@ -243,10 +243,9 @@ class OtherZero(Convention):
     code = "offset"
 
     def message(self) -> str:
-        errors = errors_words(self.errors)
         return (
-            f"{self.key} is shifted by {_off(self.key, self.offset)}: errors {errors} after "
-            "this constant is subtracted"
+            f"{self.key} is shifted by {_off(self.key, self.offset)}. {its_errors(self.errors)} "
+            "after this constant is subtracted"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -352,8 +351,8 @@ class DefinitionUnknown(Evidence):
             )
         return (
             f"{self.key} fits no known definition{sure}{others}. The nearest definition is "
-            f"{self.nearest}, with largest errors {errors_words(self.errors)} in the maneuvers. "
-            "Check to which point and axis the column refers, and how it is computed and written"
+            f"{self.nearest}. {its_errors(self.errors)} with that definition. Check to which point "
+            "and axis the column refers, and how it is computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:

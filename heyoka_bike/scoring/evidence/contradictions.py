@@ -4,8 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from heyoka_bike.bicycle.columns import ANGLE_OF
 from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.words import scale_words
 from heyoka_bike.scoring.findings import Severity, maneuvers, named
+
+VISIBLE = 1e-2
+"""Error, in scales, that is visible in a plot, although eq. (1) may miss it."""
+
+# Factor by which the message of a stopped diagnosis raises the limit.
+_MORE_TIME = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,19 +56,26 @@ class StoppedEarly(Evidence):
     ----------
     seconds
         Limit of the processor time [s].
+    has_cause
+        False if no cause was found within the limit.
     """
 
     seconds: float
+    has_cause: bool = True
 
     code = "stopped_early"
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return (
+        said = (
             f"Stopped early: the limit of {self.seconds:g} s of processor time was reached before "
-            "every cause was tried. An untried cause may explain the file as well or better. To "
-            "allow more time, use --budget, or budget= in Python"
+            "every cause was tried. An untried cause may explain the file as well or better"
+            if self.has_cause
+            else f"No cause was found within the limit of {self.seconds:g} s of processor time. An "
+            "untried cause may explain the file"
         )
+        more = f"{_MORE_TIME * self.seconds:g}"
+        return f"{said}. To allow more time, use --budget {more}, or budget={more} in Python"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"seconds": self.seconds}
@@ -127,18 +142,13 @@ class EnergyHidesError(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        worst = self.max_rel_error
-        part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
-        if len(self.maneuvers) == 1:
-            which, wrong = "passes", f"{self.key} is wrong"
-        else:
-            which, wrong = (
-                "pass",
-                f"other columns are wrong: {self.key} of maneuver {self.maneuver}",
-            )
+        is_one = len(self.maneuvers) == 1
+        where = "" if is_one else f" in maneuver {self.maneuver}"
         return (
-            f"{maneuvers(self.maneuvers).capitalize()} {which} eq. (1), which checks only that the "
-            f"energy in the file is constant. But {wrong} by up to {part} % of its largest value"
+            f"{maneuvers(self.maneuvers).capitalize()} {'passes' if is_one else 'pass'} eq. (1), "
+            "which checks only that the energy in the file is constant. But an error exceeds "
+            f"{100 * VISIBLE:g} %: {self.key} is wrong by up to {scale_words(self.max_rel_error)}"
+            f"{where}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -190,21 +200,28 @@ class RateContradiction(Evidence):
     maneuvers
     key
     rms_difference
-        Root mean square of the difference between the rate and that derivative [rad/s].
+        Root mean square of the difference between the rate and that derivative [rad/s], the
+        largest of these maneuvers.
+    maneuver
+        The maneuver with this difference.
     """
 
     maneuvers: tuple[int, ...]
     key: str
     rms_difference: float
+    maneuver: int
 
     code = "rate_is_not_the_derivative"
     severity = Severity.WARNING
 
     def message(self) -> str:
+        size = f"{self.rms_difference:.2g} rad/s"
+        if len(self.maneuvers) > 1:
+            size = f"up to {size} (maneuver {self.maneuver})"
         return (
-            f"{maneuvers(self.maneuvers).capitalize()}: {self.key} is not the derivative of its "
-            f"own angle: the root mean square of their difference is {self.rms_difference:.2g} "
-            "rad/s. The angle is closer to the exact motion, so check the rate"
+            f"{maneuvers(self.maneuvers).capitalize()}: {self.key} is not the derivative of "
+            f"{ANGLE_OF[self.key]}. The root mean square of the difference is {size}. The angle is "
+            "closer to the exact motion, so check the rate"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -240,8 +257,9 @@ class SinglePrecision(Evidence):
         if self.is_written:
             return (
                 f"{'All' if self.are_all else 'Most'} values are single-precision numbers, which "
-                "have seven digits. An error of 1e-7 of a value, or one that grows from it, comes "
-                "from the arithmetic, not from the model. Compute and store in double precision"
+                "have seven digits. Relative errors near 1e-7, and larger errors that grow out of "
+                "them, come from the arithmetic, not from the model. Compute and store in double "
+                "precision"
             )
         return (
             "The values jump from row to row by about 1e-7 of their size, as if computed from "
@@ -265,8 +283,9 @@ class FewDigits(Evidence):
     def message(self) -> str:
         digits = self.significant_digits
         return (
-            f"{named(self.keys)}: the error is the rounding to the digits written ({digits} in the "
-            "column with the fewest). Write 17 digits to show the accuracy of the program"
+            f"{named(self.keys)}: the error is no larger than rounding to the digits written "
+            f"({digits} in the column with the fewest). Write 17 digits to show the accuracy of "
+            "the program"
         )
 
     def numbers(self) -> Mapping[str, Any]:

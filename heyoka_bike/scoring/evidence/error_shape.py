@@ -294,16 +294,17 @@ class EnergyVaries(Evidence):
         if self.until is not None:
             each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in self.largest.items())
             return (
-                f"The mechanical energy changes only before {self.until:.3g} s, by up to {each}. "
+                f"The mechanical energy changes only before {self.until:.3g} s, at most by {each}. "
                 "Look at what acts, or is ramped, in that time"
             )
         each = ", ".join(
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
         )
+        changes = "change" if len(self.largest) == 1 else "changes"
         return (
-            f"The mechanical energy changes by up to {each}. If a smaller step reduces the change, "
-            "the integrator causes it. Otherwise a force does work, or stores energy that is "
-            "missing from the sum"
+            f"The mechanical energy is not constant. Its largest {changes}: {each}. If a smaller "
+            "step reduces the change, the integrator causes it. Otherwise a force does work, or "
+            "stores energy that is missing from the mechanical energy in the file"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -363,9 +364,9 @@ class EnergyKept(Evidence):
 
     def message(self) -> str:
         most = max(self.exchanged.values())
-        to = f" to {self.left:.2g} J" if self.left else ""
+        to = f" to within {self.left:.2g} J" if self.left else ""
         return (
-            f"The mechanical energy is constant{to}, while the potential and the "
+            f"The mechanical energy is constant{to}, although the potential and the "
             f"kinetic energy are off by up to {most:.2g} J. So the cause is not a damper, drag, "
             "friction or a drive, which would change the mechanical energy"
         )
@@ -397,7 +398,7 @@ class RoughError(Evidence):
         return (
             f"{whose} jumps from row to row like noise, and is far larger than the rounding of the "
             "values. The step size is not the cause: look for single-precision numbers, random "
-            "terms, or a loose tolerance of iterations"
+            "terms, or a loose tolerance in an iterative solver"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -509,9 +510,9 @@ class RightElsewhere(Evidence):
         is_are = "is" if len(self.wrong) == 1 else "are"
         start = "Otherwise only" if self.is_rest else "Only"
         return (
-            f"{start} {maneuvers(self.wrong)} {is_are} wrong: the largest error of "
-            f"{maneuvers(self.right)} is {self.max_rel_error:.1g} of a column's largest value. So "
-            f"look for input or settings of your program that differ in {maneuvers(self.wrong)}"
+            f"{start} {maneuvers(self.wrong)} {is_are} wrong. In {maneuvers(self.right)} the "
+            f"largest error is only {self.max_rel_error:.1g} of a column's largest value. So look "
+            f"for input or settings of your program that differ in {maneuvers(self.wrong)}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -529,8 +530,8 @@ class NotDiagnosed(Evidence):
 
     def message(self) -> str:
         return (
-            f"{named(self.keys)}: also wrong, but not diagnosed. Only the benchmark's columns are "
-            "diagnosed; begin with those"
+            f"Also wrong, but not diagnosed: {named(self.keys)}. Only the benchmark's columns are "
+            "diagnosed; correct those first"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
@@ -36,8 +37,8 @@ class CoarseGrid(Evidence):
     def message(self) -> str:
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of "
-            f"{self.step:.6g} (SI), far coarser than the digits written. Such a step comes from an "
-            "encoder, a table or rounding. Errors below it are not judged"
+            f"{_in(self.step, COMPARED[self.key][0].unit)}, far coarser than the digits written. "
+            "Such a step comes from an encoder, a table or rounding. Errors below it are not judged"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -145,9 +146,9 @@ class RateOfDifferences(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.key} is the {self.how} difference of its own angle in every maneuver, not the "
-            "rate of the motion. Write the rate that your program integrates. The other columns "
-            "are diagnosed without it"
+            f"{self.key} is the {self.how} difference of {ANGLE_OF[self.key]} in every maneuver, "
+            "not the rate of the motion. Write the rate that your program integrates. The other "
+            "columns are diagnosed without it"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -171,8 +172,8 @@ class Mirrored(Evidence):
     def message(self) -> str:
         is_are = "is" if len(self.maneuvers) == 1 else "are"
         return (
-            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the exact motion to the other "
-            "side: all columns of roll and steer have the opposite sign, as after the opposite "
+            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the mirror image of the exact "
+            "motion: all columns of roll and steer have the opposite sign, as after the opposite "
             "initial roll rate. Check the sign of the initial roll rate there"
         )
 
@@ -204,9 +205,9 @@ class RateOfOtherRow(Evidence):
         row = "half a row" if abs(self.rows) < 1.0 else "one row"
         where = maneuvers(self.maneuvers) if self.maneuvers else "every maneuver"
         return (
-            f"{self.key} is the rate of its own angle {row} "
-            f"{'earlier' if self.rows > 0.0 else 'later'}, in {where}. Write the angle and "
-            "the rate of the same time. The other columns are diagnosed without it"
+            f"In {where}, each value of {self.key} is the derivative of {ANGLE_OF[self.key]} {row} "
+            f"{'earlier' if self.rows > 0.0 else 'later'}. Write both for the same time. The other "
+            "columns are diagnosed without this one"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -259,7 +260,7 @@ class OtherClock(Evidence):
                 f"{times_of} of this maneuver",
             )
         return (
-            f"{rows_of} are correct, but at other times than those written: {when}. Check how "
+            f"{rows_of} are correct, but not at the times written: {when}. Check how "
             f"{times_of} are written, and whether a row is saved before or after the step"
         )
 
@@ -462,7 +463,8 @@ class ClippedColumn(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        at = " and ".join(f"{x:.6g}" for x in (self.low, self.high) if x is not None)
+        unit = COMPARED[self.key][0].unit
+        at = " and ".join(_in(x, unit) for x in (self.low, self.high) if x is not None)
         where_else = (
             " where the exact values go further. All its other values are right. Remove the limit"
             if self.is_right_within
@@ -471,7 +473,7 @@ class ClippedColumn(Evidence):
                 "diagnosed without this one"
             )
         )
-        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at} (SI){where_else}"
+        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at}{where_else}"
 
     def numbers(self) -> Mapping[str, Any]:
         where = {"column": self.key, "maneuvers": list(self.maneuvers)}
@@ -646,14 +648,14 @@ class RowsBetween(Evidence):
             return (
                 f"Only every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right: "
                 "the rows between were interpolated, or belong to other times. Write the "
-                "integrator's own steps, or its dense output"
+                "integrator's own steps, or a dense output that is as accurate as the steps"
             )
         what = "lie on straight lines between other rows" if self.order else "repeat the row before"
         where = named(self.keys) if self.keys else "most angles and rates"
         return (
             f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
             f"in {where}. They were {'interpolated' if self.order else 'held'}, not computed. "
-            "Write the integrator's own steps, or its dense output"
+            "Write the integrator's own steps, or a dense output that is as accurate as the steps"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -708,7 +710,7 @@ class Departs(Evidence):
         elif self.shift is not None:
             why = "skipped" if self.shift > 0.0 else "made twice"
             what = (
-                f". From there on, the rows are the exact motion {_later(self.shift)}: rows or "
+                f". From there on, the rows contain the exact motion {_later(self.shift)}: rows or "
                 f"steps were {why}"
             )
         else:
@@ -718,8 +720,8 @@ class Departs(Evidence):
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         return (
-            f"Maneuver {self.maneuver}{by} is right until {self.t_right:.6g} s (errors up to "
-            f"{self.before:.1g} of a column's largest value). At {self.time:.6g} s the error is "
+            f"Maneuver {self.maneuver}{by} is right until {self.t_right:.6g} s: the error is at "
+            f"most {self.before:.1g} of a column's largest value. At {self.time:.6g} s it is "
             f"{self.after:.2g}{what}"
         )
 
@@ -784,9 +786,9 @@ class OtherTimes(Evidence):
         if any(x.is_disordered for x in self.found.values()):
             written, exact = first.example
             return (
-                "The rows are the exact motion, but not in the order of their times. In maneuver "
-                f"{number}, for example, the row at {written:.6g} s belongs to {exact:.6g} s. "
-                "Check how rows are sorted (times as text?) and joined"
+                "The rows contain the exact motion, but not in the order of their times. In "
+                f"maneuver {number}, for example, the row at {written:.6g} s belongs to "
+                f"{exact:.6g} s. Check how rows are sorted (times as text?) and joined"
             )
         least = min(x.ahead[0] for x in self.found.values())
         most = max(x.ahead[1] for x in self.found.values())
@@ -794,11 +796,11 @@ class OtherTimes(Evidence):
         if rows < MOST_ROWS * of:
             return (
                 f"{rows} of {of} rows, in maneuver {number} from {first.first:.6g} to "
-                f"{first.last:.6g} s, are the exact motion, but {when} than their written times. "
+                f"{first.last:.6g} s, contain the exact motion {when} than their written times. "
                 "Check whether rows are skipped, or old values written again"
             )
         return (
-            f"Each row is the exact motion at another time, {when} than the time written. Check "
+            f"Each row contains the exact motion {when} than the time written. Check "
             "how the times are written, and whether rows are saved before or after a step, and at "
             "the requested times or at the nearest steps"
         )
@@ -922,21 +924,27 @@ class ColumnsApart(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        only = ", ".join(
+        *first, last = (
             key if len(numbers) == self.every else f"{key} of {maneuvers(numbers)}"
             for key, numbers in self.columns.items()
         )
-        with_sum = ", and therefore mechanical_energy" if self.is_sum_with_it else ""
+        only = f"{', '.join(first)} and {last}" if first else last
         scales = "".join(
             f": {key} is {_scaled(x, self.units[key])}" for key, x in self.fits.items()
         )
         is_one = len(self.columns) == 1
         start = "Otherwise only" if self.is_rest else "Only"
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
+        with_sum = (
+            f"; mechanical_energy, which contains {'it' if is_one else 'them'}, is wrong for this "
+            "reason"
+            if self.is_sum_with_it
+            else ""
+        )
         return (
-            f"{start} {only} {are} wrong{with_sum}{scales}. All other columns are right to "
-            f"{self.error_of_others:.1g} of their largest values, so the integrator and the "
-            f"equations are correct. Check how {these} computed and written"
+            f"{start} {only} {are} wrong{scales}{with_sum}. All other columns agree with the exact "
+            f"motion to within {self.error_of_others:.1g} of their largest values, so the "
+            f"integrator and the equations are correct. Check how {these} computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -183,8 +183,8 @@ class OrderNotSettled(Evidence):
 
     def message(self) -> str:
         return (
-            f"The order of {', '.join(self.places)} still changes from step to step. Either the "
-            "steps are too large for a power law, or rounding has been reached"
+            f"The order of convergence of {', '.join(self.places)} still changes from one run to "
+            "the next. Either the steps are too large for a power law, or rounding has been reached"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -232,8 +232,9 @@ class ErrorStays(Evidence):
         if self.how == Staying.NOISE:
             said = (
                 f"{places}: the error, up to {size} of the largest value, does not fall with the "
-                f"{self.by} and is a different curve in each run. It is noise, not the model: from "
-                "single-precision numbers (1e-7), loose iterations or rough interpolation"
+                f"{self.by} and is a different curve in each run. It is noise, not the model. It "
+                "comes from single-precision numbers (1e-7), a loose tolerance in an iterative "
+                "solver, or rough interpolation"
             )
             return warning("noise_does_not_fall", said, **numbers)
         said = (

@@ -10,6 +10,8 @@ from heyoka_bike.scoring.evidence.base import MAX_LOG10_ODDS, Errors, Odds
 KEYS_NAMED = 6
 """Maximum number of columns that a sentence on conventions or on constant errors lists."""
 
+# Maximum number of alternatives to a definition that a sentence names.
+_MOST_OPEN = 3
 
 # A unit divided by another unit, such as ``m s-1``.
 _ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
@@ -43,9 +45,20 @@ def ratio_words(power: float) -> str:
     return f"10^{math.floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"
 
 
+def either(names: Sequence[str]) -> str:
+    """List alternatives, as "a", "a or b" or "a, b or c"."""
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last
+
+
 def open_words(names: Sequence[str]) -> str:
-    """List the other definitions that fit as well; empty if there is none."""
-    return f"may also be {' or '.join(names)}" if names else ""
+    """Name the other definitions that fit as well, at most three; empty if there is none."""
+    if not names:
+        return ""
+    shown = names if len(names) <= _MOST_OPEN else names[: _MOST_OPEN - 1]
+    more = len(names) - len(shown)
+    others = [f"one of {more} others (see score --details)"] if more else []
+    return f"may also be {either([*shown, *others])}"
 
 
 def short_number(x: float, digits: int = 2) -> str:
@@ -53,9 +66,24 @@ def short_number(x: float, digits: int = 2) -> str:
     return f"{float(f'{x:.{digits}g}'):g}"
 
 
+def scale_words(error: float, column: str = "") -> str:
+    """Return an error relative to the scale of a column, which sentences call its largest value.
+
+    Without `column`, it is the column that the sentence has named.
+    """
+    size = f"{short_number(100 * error)} % of" if error < 2.0 else f"{short_number(error)} times"
+    return f"{size} the largest value of {column}" if column else f"{size} its largest value"
+
+
 def errors_words(errors: Errors) -> str:
     """Format the largest errors, one for each maneuver, as "0.17 / 1.3e-08"."""
     return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
+
+
+def its_errors(errors: Errors) -> str:
+    """Begin a sentence on the largest errors of a column, as "Its largest error is 0.17"."""
+    which = "error is" if len(errors) == 1 else "errors in the maneuvers are"
+    return f"Its largest {which} {errors_words(errors)}"
 
 
 def counted(count: int, one: str, several: str = "") -> str:

@@ -114,7 +114,9 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
             continue
         key, unit = meaning
         if key in values:
-            raise InputError(f"found a second column of {key} ({quoted(name)})", file=path)
+            raise InputError(
+                f"found a second column of {key} ({quoted(name)}), expected one", file=path
+            )
         size = 1.0 if key == STATE_COLUMN else _factor(name, key, unit, si, path)
         is_finite = np.isfinite(column.values)
         values[key] = np.where(is_finite, column.values * size, np.nan)
@@ -140,13 +142,15 @@ def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTabl
         hint = next(filter(None, hints), "")
         raise InputError(
             f"found no column {quoted(STATE_COLUMN)} and no {', '.join(missing)}, expected the "
-            f"numbers of states, or states of your own by {', '.join(COORDINATES)}{hint}",
+            f"numbers of the states, or {', '.join(COORDINATES)} of your own states{hint}",
             file=table.path,
         )
     for key in COORDINATES:
         bad = np.flatnonzero(~np.isfinite(table.values[key]))
         if len(bad):
-            raise table.error(int(bad[0]), f"found no finite number as {key} of the state")
+            raise table.error(
+                int(bad[0]), f"found {key} without a finite number, expected a number"
+            )
     return table
 
 
@@ -303,7 +307,8 @@ def check(
     )
     if not any(level.columns for level in levels):
         raise NothingScoredError(
-            f"{table.path}: found only states, expected also a quantity to check, such as pitch"
+            f"{table.path}: found only states, without a quantity to check; add a column such as "
+            "pitch"
         )
     found = CheckedTable(
         table.path, chosen.name, table.rows, table.numbers is None, tolerance, levels,
@@ -354,8 +359,8 @@ def _refuse_others(table: InstantTable, expected: Mapping[str, Array], tolerance
                 raise table.error(
                     i,
                     f"found {key} {found:.15g} {UNITS[key]} in state {table.numbers[i]}, expected "
-                    f"{right:.15g}: off by {found - right:.3g}; to check states of your own, leave "
-                    "out the column state",
+                    f"{right:.15g} (the difference is {found - right:.3g}). If these are your own "
+                    f"states, not the numbered ones, remove the column {quoted(STATE_COLUMN)}",
                 )
 
 

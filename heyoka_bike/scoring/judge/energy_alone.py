@@ -2,12 +2,9 @@
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
+from heyoka_bike.scoring.evidence.contradictions import VISIBLE, EnergyHidesError
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import claim
-
-VISIBLE = 1e-2
-"""Error, in scales, that is visible in a plot, although eq. (1) may miss it."""
 
 
 def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
@@ -27,6 +24,7 @@ def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
         if worst > VISIBLE and wrong.get("mechanical_energy", 0.0) < VISIBLE:
             hidden[m.maneuver] = worst, key, m.performance
     if hidden:
-        number = max(hidden, key=hidden.__getitem__)
+        # Among equal errors, take the first, as `Report.worst` does.
+        number = max(hidden, key=lambda n: hidden[n][0])
         worst, key, performance = hidden[number]
         yield EnergyHidesError(tuple(hidden), number, key, worst, performance)

@@ -34,7 +34,8 @@ def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
             > TOLERANCE * float(abs(m[key].trace.reference).max())
         }
         if off:
-            yield RateContradiction(tuple(off), key, max(off.values()))
+            worst = max(off, key=off.__getitem__)
+            yield RateContradiction(tuple(off), key, off[worst], worst)
 
 
 def from_derivative(

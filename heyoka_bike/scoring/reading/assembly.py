@@ -113,7 +113,7 @@ def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
         i = int(np.argmin(fits))
         found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
         name, last = quoted(headings[at].text), first + count - 1
-        said = f"found {found} as {name}, expected {first} to {last}"
+        said = f"found {found} in the column {name}, expected {first} to {last}"
         raise table.error(request, i, said)
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
@@ -130,7 +130,7 @@ def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable,
     if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
         yield table, places
     elif None not in places.maneuvers:
-        said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
+        said = f"found times that begin {len(starts)} times at {times[0]:g}, expected one maneuver"
         raise request.error(f"{said}; for several maneuvers, add a column named maneuver")
     else:
         number = np.cumsum(np.isin(np.arange(len(times)), starts))

@@ -65,7 +65,8 @@ def results_of(
     elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
         if number is not None:
             raise InputError(
-                f"found maneuver={maneuver} and a mapping of maneuvers, expected one of them"
+                f"found maneuver={maneuver} and results by maneuver number, expected only one of "
+                "them"
             )
         numbers = [maneuver_number(key, count) for key in given]
         if any(isinstance(x, _KINDS_OF_FILES) for x in given.values()):
@@ -90,7 +91,7 @@ def words(given: str | Sequence[str], what: str) -> list[str]:
         return given.split(",")
     if isinstance(given, list | tuple) and all(isinstance(x, str) for x in given):
         return list(given)
-    raise InputError(f"{what}: found {given!r:.40}, expected a text, or a list of texts")
+    raise InputError(f"{what}: found {given!r:.40}, expected a string, or a list of strings")
 
 
 def several(given: Any) -> list[Any]:
@@ -133,7 +134,8 @@ def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results
     if held == [None]:
         return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
     raise InputError(
-        f"found maneuver {number} for results of {_held_words(held)}; leave out the number",
+        f"found the number of maneuver {number} for results of {_held_words(held)}; leave out the "
+        "number",
         file=results.path,
     )
 

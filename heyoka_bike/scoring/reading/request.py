@@ -144,7 +144,7 @@ class Request:
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:
-            said = f'{len(self.names)} as named in {self.option} (use "-" to skip a column)'
+            said = f'{len(self.names)} columns as in {self.option} (use "-" to skip a column)'
         return self.error(f"found {found}, expected {said}", line, column)
 
     def wrong_width(self, width: int, rows: int, line: int | None = None) -> InputError:

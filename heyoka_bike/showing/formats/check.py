@@ -57,7 +57,8 @@ def blocks(check: CheckedTable) -> list[Block]:
     found: list[Block] = [
         Paragraph(
             f"{check.path}: {states}, {check.bicycle}; a value is right "
-            f"within {check.tolerance:g} of 1 + |value|, SI units, and the digits written"
+            f"if its error is at most {check.tolerance:g} (1 + |value|) in SI units, plus rounding "
+            "to the digits written"
         ),
         TableBlock(
             ("level", "result", "columns", "values", "wrong", "largest error"),
@@ -70,7 +71,12 @@ def blocks(check: CheckedTable) -> list[Block]:
     elif missing := [x.level.name for x in check.levels if x.passed is None]:
         found.append(Paragraph(f"All levels in the file are right; missing: {', '.join(missing)}."))
     else:
-        found.append(Paragraph("All levels are right. Next: one step, one second, ten (score)."))
+        found.append(
+            Paragraph(
+                "All levels are right. Next: simulate one step, then one second, then ten seconds, "
+                "and run score."
+            )
+        )
     if check.left_out:
         names = ", ".join(map(_unknown, check.left_out[:_COLUMNS_SHOWN]))
         more = len(check.left_out) - _COLUMNS_SHOWN
@@ -104,7 +110,7 @@ def _about(check: CheckedTable, failed: CheckedLevel) -> list[Block]:
     if len(wrong) > _COLUMNS_SHOWN:
         items.append(Item(f"and {counted(len(wrong) - _COLUMNS_SHOWN, 'more column')}"))
     enters = " ".join(failed.level.parameters) or "no parameter"
-    said = f"New at this level: {enters}; and {failed.level.besides}."
+    said = f"New at this level: {enters}, and {failed.level.besides}."
     if right:
         said += f" Right at this level: {', '.join(right[:_COLUMNS_SHOWN])}."
     before = check.levels[: check.levels.index(failed)]

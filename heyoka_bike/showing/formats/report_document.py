@@ -35,6 +35,8 @@ _MOST_COLUMNS_SHOWN = (
     12
 )
 
+_NO_VALUE = "-"  # cell of a column without compared values
+
 _COLUMNS_OF_SCORES = (
     doc.TableColumn("column", "the quantity, and its unit"),
     doc.TableColumn("definition", "the definition that the values follow"),
@@ -336,7 +338,15 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     more = f" {left_out} more columns have no fewer digits." if left_out else ""
     odd = [key for key, found in columns.items() if any(c.is_contradicted for c in found)]
     signs = f"{named(odd)}: wrong because of the signs, whatever the digits" if odd else ""
-    said = [f"and {left_out} more columns, none with fewer digits" if left_out else "", signs]
+    has_dash = any(
+        _digits(m.columns, key).text == _NO_VALUE for key in worst for m in report.maneuvers
+    )
+    about_dash = f" A dash ({_NO_VALUE}) means that there is no value to compare." * has_dash
+    said = [
+        f"and {left_out} more columns, none with fewer digits" if left_out else "",
+        signs,
+        f"{_NO_VALUE} no value to compare" if has_dash else "",
+    ]
     taken = doc.TableColumn("taken as", is_prose=True, leave_out=1, style="taken")
     about_taken = (
         " Taken as: the definition, sign, unit and zero that the values follow, where these differ "
@@ -355,7 +365,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         note=doc.Words(
             "Correct digits of the worst value of a column, -log10 of its error relative to the "
             f"column's largest value.{more}{about_taken if has_taken else ''}"
-            f"{f' {signs}.' if signs else ''}",
+            f"{f' {signs}.' if signs else ''}{about_dash}",
             "; ".join(filter(None, said)),
         ),
     )
@@ -381,7 +391,7 @@ def _digits_of_runs(series: Series) -> doc.TableBlock:
     for run in series.runs:
         held, name, worst = run.report, run_text.run_name(series, run), run.report.worst
         cells = (_digits(held[n].columns if n in held else ()) for n in numbers)
-        place = f"{column_text.label(worst.column)} of maneuver {worst.maneuver}" if worst else ""
+        place = f"{column_text.label(worst.column)} in maneuver {worst.maneuver}" if worst else ""
         drifts = (number_text.number(held[n].performance) if n in held else "-" for n in numbers)
         short = doc.Words(name, run_text.short_name(name))
         rows.append([short, *cells, *drifts, place or "nothing compared"])
@@ -442,11 +452,11 @@ def _maneuvers(numbers: Iterable[int]) -> list[doc.Words]:
 def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
     """Return a cell with the fewest digits and the worst grade of the columns (of this key).
 
-    ``-`` if there are no such columns.
+    `_NO_VALUE` if there are no such columns.
     """
     known = [c for c in columns if c.scd is not None and key in ("", c.key)]
     if not known:
-        return doc.Cell("-", grade=Grade.UNKNOWN)
+        return doc.Cell(_NO_VALUE, grade=Grade.UNKNOWN)
     fewest = min(c.scd for c in known if c.scd is not None)
     return doc.Cell(number_text.correct_digits(fewest), grade=max(c.grade for c in known))
 
@@ -589,7 +599,7 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
         )
     if series.is_one_program:
         rows.append(["floor", *blank, *(number_text.number(c.floor) for c in columns)])
-        said += " Floor: the smallest error that the digits written allow."
+        said += " Floor: the largest error that rounding to the digits of the file causes."
     if has_cpu:
         said += " CPU: processor time of the whole run."
     heads = []

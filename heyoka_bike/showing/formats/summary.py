@@ -39,7 +39,7 @@ _LETTERS_OF_NAMES = 14  # width of the names at the start of lines [characters]
 # reaches it easily.
 _MOST_REQUIRED = 12
 _WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
-_MOST_LINES = 12  # maximum number of lines of a diagnosis that names no cause
+_MOST_LINES = 12  # maximum number of lines, not counting empty ones, if no cause is named
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
 
 
@@ -109,21 +109,28 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
         return "\n".join([head, "\n\n".join(_filled(f.message) for f in causes)])
     # Always show that a search ended early, because this makes the other findings less certain.
     stops = [_filled(f.message) for f in causes if f.code == StoppedEarly.code]
+    is_first = any(isinstance(x, StoppedEarly) and not x.has_cause for x in report.seen)
     told = [f for f in causes if f.code != StoppedEarly.code]
     # If `term_unexplained` is shown, `no_mistake_found` would only repeat that no known cause
     # explains the error.
     is_said = any(f.code == "term_unexplained" for f in told)
     shown: list[str] = []
-    room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
+    room = _MOST_LINES - _lines("\n".join([head, *stops]))
     for f in told:
         said = _filled(f.message)
-        lines = len(said.split("\n"))
+        lines = _lines(said)
         if not shown or (lines <= room and not (is_said and f.code == "no_mistake_found")):
             shown.append(said)
             room -= lines
     left = len(told) - len(shown)
     more = [f"--details shows {counted(left, 'more finding')}"] if left else []
-    return "\n".join([head, *shown, *more, *stops])
+    below = [*stops, *shown, *more] if is_first else [*shown, *more, *stops]
+    return "\n".join([head, "\n\n".join(below)])
+
+
+def _lines(said: str) -> int:
+    """Count the lines of a text that are not empty."""
+    return sum(bool(line) for line in said.split("\n"))
 
 
 def _filled(paragraph: str) -> str:
@@ -198,7 +205,9 @@ def _next(report: Report, in_python: bool) -> str:
     if own := verdict_text.own_definitions(report):
         meant = "which point or axis" if len(own) == 1 else "which points or axes"
         command = _call(report) if in_python else _command("diagnose", report)
-        return f"check {meant} {named(own)} refers to; if it is the usual one, run {command}"
+        refers = "refers" if len(own) == 1 else "refer"
+        usual = "it is the usual one" if len(own) == 1 else "they are the usual ones"
+        return f"check {meant} {named(own)} {refers} to; if {usual}, run {command}"
     if found in (Grade.WRONG, Grade.CLOSE):
         said = _call(report) if in_python else _command("diagnose", report)
         is_step = found == Grade.CLOSE and _may_be_the_step(report)

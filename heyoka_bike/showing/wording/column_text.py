@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.evidence.words import unit_text
+from heyoka_bike.scoring.evidence.words import either, unit_text
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.wording.number_text import plain
 
@@ -36,8 +36,7 @@ def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
         found.append("* is not the default definition")
     if open_ones := [c for c in columns if c.indistinguishable]:
         others = (
-            f"{' or '.join(map(printable, c.indistinguishable))} of {label(c.key)}"
-            for c in open_ones
+            f"{either([*map(printable, c.indistinguishable)])} of {label(c.key)}" for c in open_ones
         )
         found.append(f"~ others fit as well: {', '.join(others)}")
     return found

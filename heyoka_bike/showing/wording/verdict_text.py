@@ -8,7 +8,7 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed
 from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
 from heyoka_bike.scoring.evidence.several_runs import ManeuversDiffer
-from heyoka_bike.scoring.evidence.words import counted
+from heyoka_bike.scoring.evidence.words import counted, scale_words
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.grades import MOST_DIGITS, Grade, digits_text
 from heyoka_bike.scoring.report import Report
@@ -28,7 +28,7 @@ PHRASES = {
     "of_all": "of",
     "columns": "columns",
     "worst": "the worst column has",
-    "no_digit": "the worst column has no correct digit",
+    "no_digit": "the worst column has no correct digits",
     "correct_digits": "correct digits",
     "maneuver": "maneuver",
     "bad_time": "cannot be judged: a time is not finite",
@@ -75,15 +75,14 @@ def worst_words(report: Report) -> str:
     if found is None:
         return PHRASES["nothing"]
     c = report[found.maneuver][found.column]
-    where = f"{PHRASES['maneuver']} {found.maneuver} {printable(c.key)}"
+    where = f"{printable(c.key)} in {PHRASES['maneuver']} {found.maneuver}"
     if found.scd >= MOST_DIGITS:
         return "no column has an error"
-    if found.scd < 0:
-        wrong = f"{readable(c.max_rel_error)} times its largest value"
-        return f"{PHRASES['no_digit']} ({where}, wrong by {wrong})"
+    shown = digits_text(found.scd)
+    if float(shown) <= 0.0:
+        return f"{PHRASES['no_digit']} ({where}, wrong by {scale_words(c.error)})"
     limit = ", limited by the rounding of the values" if c.is_at_floor() else ""
-    said = f"{PHRASES['worst']} {digits_text(found.scd)} {PHRASES['correct_digits']}"
-    return f"{said} ({where}{limit})"
+    return f"{PHRASES['worst']} {shown} {PHRASES['correct_digits']} ({where}{limit})"
 
 
 def caveats(report: Report) -> list[str]:
@@ -136,7 +135,7 @@ def requirement_words(scored: Report | Series) -> str:
     if len(every) == 1:
         return "the requirement FAILED" if failed else "the requirement is met"
     if not failed:
-        return f"all {len(every)} requirements met"
+        return f"{'both' if len(every) == 2 else f'all {len(every)}'} requirements are met"
     return f"{failed} of {len(every)} requirements FAILED"
 
 
@@ -191,9 +190,8 @@ def worst_error_words(report: Report) -> str:
         return ""
     m, c = place
     error = in_unit(readable(c.max_abs_error), c.unit)
-    part = c.max_rel_error
-    of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
-    where = f"{label(c.key)}, maneuver {m.maneuver}"
+    of_scale = f", {scale_words(c.error)}" if c.error else ""
+    where = f"{label(c.key)} in maneuver {m.maneuver}"
     return f"{where}: off by {error} at {plain(c.time_of_max)} s{of_scale}"
 
 

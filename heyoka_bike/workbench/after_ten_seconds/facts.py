@@ -329,13 +329,16 @@ def certify_after(
         said = {x["about"]: x["numbers"] for x in json.loads(raw)["proved"]}
         found = {(about, name): text for about, x in said.items() for name, text in x.items()}
     except DAMAGE as e:
-        raise DatasetError(f"{where / AFTER}: is not a file of proved facts ({e})") from None
+        raise DatasetError(
+            f"{where / AFTER} is not a file that 'heyoka-bike generate --after-ten-seconds' writes "
+            f"({e})"
+        ) from None
     if len(runs) != 2:
         raise DatasetError(f"{where / CANDIDATE}: found {len(runs)} motions, expected 2")
     facts = prove_facts(*runs, progress)
     proved = {(fact.about, name): x for fact in facts for name, x in fact.numbers.items()}
     for key in found.keys() ^ proved.keys():
-        what = "nothing proves it" if key in found else "it is missing"
+        what = "the proof does not cover this number" if key in found else "the number is missing"
         raise NotCertifiedError(f"{where / AFTER}: {', '.join(key)}: {what}")
     for key, x in proved.items():
         text = _text(x, _digits(found[key]), ", ".join(key))
@@ -345,7 +348,9 @@ def certify_after(
                 f"proved {text}"
             )
     if raw != render_facts(facts, lambda x, about, name: _digits(found[about, name])):
-        raise NotCertifiedError(f"{where / AFTER}: inputs or sentences differ from those proved")
+        raise NotCertifiedError(
+            f"{where / AFTER}: the inputs or the sentences differ from the proved ones"
+        )
     return facts
 
 

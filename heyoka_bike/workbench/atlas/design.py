@@ -160,7 +160,7 @@ def design(
     """
     names = [a.name for a in axes]
     if len(names) != 2 or names[0] == names[1]:
-        raise InputError(f"found axes {', '.join(names) or 'none'}, expected two that differ")
+        raise InputError(f"found axes {', '.join(names) or 'none'}, expected two different axes")
     whole = {**dict.fromkeys(START, 0.0), **(start or {})}
     first, second = axes
     made = Design(bicycle, (first, second), whole, longest)

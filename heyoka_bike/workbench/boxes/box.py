@@ -166,14 +166,16 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
         The bicycle has no uncertainties, or the box contains values that the model cannot use.
     """
     if not any(u.sign for u in bicycle.uncertainties.values()):
-        raise InputError(f"found no uncertainties of '{bicycle.name}', expected some in its file")
+        raise InputError(
+            f"found no uncertainties of '{bicycle.name}', expected at least one in its file"
+        )
     balls = Balls(int(digits * _BITS_PER_DIGIT) + _BITS_OF_RANGES)
     with balls.precision():
         box = _Box.around(bicycle, sigmas, balls)
         if box.sign(lambda p: p.a) != 1:
             raise InputError(
                 f"the mass matrix of roll and steer of '{bicycle.name}' may be singular within "
-                f"{float(sigmas):g} standard deviations, expected fewer"
+                f"{float(sigmas):g} standard deviations, expected fewer standard deviations"
             )
         b, e, hurwitz = conditions = (box.damping(), box.capsize(), box.weave())
         return BoxStability(

@@ -1371,10 +1371,10 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
     }
     at = ub_put(text, size, at, has_odd ? ", " : "; ");
     digits = c->result[maneuver - 1][column].digits;
-    if (digits < 0)
+    n = (int)floor(10 * digits + 0.5);
+    if (n <= 0)
         at = ub_put(text, size, at, UB_NO_DIGIT " (");
     else {
-        n = (int)floor(10 * digits + 0.5);
         /* Do not round up to the limit of a better grade. */
         if ((digits < BICYCLE_CLOSE_DIGITS && n >= 10 * BICYCLE_CLOSE_DIGITS) ||
             (digits < BICYCLE_RIGHT_DIGITS && n >= 10 * BICYCLE_RIGHT_DIGITS))
@@ -1385,10 +1385,9 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
         at = ub_put_number(text, size, at, n % 10);
         at = ub_put(text, size, at, " " UB_CORRECT_DIGITS " (");
     }
-    at = ub_put(text, size, at, UB_MANEUVER " ");
-    at = ub_put_number(text, size, at, maneuver);
-    at = ub_put(text, size, at, " ");
     at = ub_put(text, size, at, ub_names[column].key);
+    at = ub_put(text, size, at, " in " UB_MANEUVER " ");
+    at = ub_put_number(text, size, at, maneuver);
     ub_put(text, size, at, ")");
     return text;
 }

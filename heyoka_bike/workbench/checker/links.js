@@ -76,7 +76,8 @@ function linked(found) {
   const columns = isComplete ? "" : `: ${fewest} ${phrases.of_all} ${keys.length} ${phrases.columns}${place}`;
   const isWhole = found.whole && isComplete;
   const how = grade < styles.indexOf("wrong") && !isWhole ? phrases.in_part + columns : "";
-  const digits = worst.digits < 0 ? phrases.no_digit : `${phrases.worst} ${oneDecimal(worst.digits)} ${phrases.correct_digits}`;
+  const shown = oneDecimal(worst.digits);
+  const digits = Number(shown) <= 0 ? phrases.no_digit : `${phrases.worst} ${shown} ${phrases.correct_digits}`;
   const line = `shared, not checked here: ${words[grade]}${how}, ${digits} (${label(worst)})`;
   return { name: found.name, line, style: "shared", cells, isWhole, remarks: ["this link contains a result, not the file: drop the file to judge it"], file: null };
 }

@@ -71,10 +71,16 @@ const oneDecimal = (x) => {
   const rounded = Number((x < 0 && x > -0.05 ? 0 : x).toFixed(1));
   return (limits.some((limit) => x < limit && limit <= rounded) ? Math.floor(10 * x) / 10 : rounded).toFixed(1);
 };
-const label = (cell) => `${phrases.maneuver} ${cell.maneuver} ${keys[cell.key]}`;
+const label = (cell) => `${keys[cell.key]} in ${phrases.maneuver} ${cell.maneuver}`;
 const inWords = (key) => key.replaceAll("_", " ");
 const title = (cell) => `${phrases.maneuver} ${cell.maneuver}, ${inWords(keys[cell.key])}`;
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+// Lists at most three alternatives, as the sentences of a report do.
+function alternatives(names) {
+  const shown = names.length > 3 ? [...names.slice(0, 2), `one of ${names.length - 2} others (see score --details)`] : names;
+  return shown.length > 1 ? `${shown.slice(0, -1).join(", ")} or ${shown[shown.length - 1]}` : shown[0];
+}
 
 // Describes how a column differs from the default, and other definitions that fit it, in the words of a report; may be empty.
 function takenAs(c) {
@@ -82,7 +88,7 @@ function takenAs(c) {
   const said = [], isDefault = c.column === c.key, usual = string(judge.definition(c.key));
   if (!isDefault || c.also.length) said.push(c.definition);
   if (!isDefault && !c.also.includes(usual)) said.push(`not the default ${usual}`);
-  if (c.also.length) said.push(`may also be ${c.also.join(" or ")}`);
+  if (c.also.length) said.push(`may also be ${alternatives(c.also)}`);
   if (c.sign < 0) said.push("other sign");
   if (c.unit !== units[c.key]) said.push(`in ${unitText(c.unit)}`);
   if (c.offset) said.push(`zero at ${Number(c.offset.toPrecision(5))} ${units[c.key]}`);

@@ -346,7 +346,7 @@ def _times(
     """Return the times of the rows, correctly rounded [s]."""
     duration = maneuvers[0].duration
     if any(m.duration != duration for m in maneuvers):
-        raise InputError("found maneuvers of different durations, expected equal ones")
+        raise InputError("found maneuvers of different durations, expected equal durations")
     if rows is not None and spacing is not None:
         raise InputError("found both rows and spacing, expected one of them")
     if rows is not None:
@@ -360,7 +360,10 @@ def _times(
     else:
         step = maneuvers[0].spacing
         if any(m.spacing != step for m in maneuvers):
-            raise InputError("found maneuvers of different spacings, expected equal ones or rows")
+            raise InputError(
+                "found maneuvers of different spacings, expected equal spacings, or the argument "
+                "rows"
+            )
     count = int(duration / step) + 1
     if count > _MOST_ROWS_OF_RUN:
         raise InputError(f"found {count} rows, expected {_MOST_ROWS_OF_RUN} or fewer")
@@ -385,6 +388,6 @@ def choose(accuracy: str | float, measured: Iterable[str | float]) -> str | floa
         if passing:
             return max(passing)
     raise InputError(
-        f"found accuracy {accuracy}, expected 'eq1', 'roundoff' or a number of 1e-13 or more; "
-        "integrate() goes further"
+        f"found accuracy {accuracy}, expected 'eq1', 'roundoff' or a number of 1e-13 or more; for "
+        "smaller errors, use integrate()"
     )

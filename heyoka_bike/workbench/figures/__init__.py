@@ -155,7 +155,9 @@ def plot(
             'reference; score(...).save("report.html") draws results'
         )
     if figure == ATLAS and (not isinstance(reference, str | PathLike) or maneuver is not None):
-        raise InputError("reference, maneuver: expected the folder of an atlas, and none")
+        raise InputError(
+            "figure: the figure atlas needs the folder of an atlas as reference, and no maneuver"
+        )
     every = drawn(figure, maneuver, reference, None if path is None else str(path))
     if path is not None:
         return tuple(written(every))
@@ -229,7 +231,9 @@ def _files(
             f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (with a final / if it has a dot)"
         )
     if formats is not None:
-        raise InputError("--format: expected only with a folder, a file's suffix is its format")
+        raise InputError(
+            "--format can be used only with a folder; the suffix of a file sets its format"
+        )
     if len(names) > 1:
         raise InputError(
             f"{option}: found the file '{out.name}' for {len(names)} figures, expected a "

@@ -184,7 +184,7 @@ def _read_file(
     path = PurePosixPath(source.line_of_text(table, "path", where))
     if path.is_absolute() or ".." in path.parts or "\\" in str(path):
         raise source.error(
-            f"found {quoted(str(path))}, expected one below the folder of this file",
+            f"found {quoted(str(path))}, expected a path below the folder of this file",
             (*where, "path"),
         )
     sha256 = source.line_of_text(table, "sha256", where)
@@ -318,8 +318,8 @@ def _by_inputs(references: Sequence[Reference]) -> References:
         made_of = reference.parameters, [dict(reference[n].inputs) for n in reference]
         names = next((names for names, inputs in asked.items() if inputs == made_of), None)
         if names is None:
-            what = "that of a problem: see docs/harder-tier.md"
-            raise _refuse("a reference of other inputs", what, reference.folder)
+            what = "the dataset of a problem in docs/harder-tier.md"
+            raise _refuse("a dataset with other inputs", what, reference.folder)
         found[names] = reference
     return found
 
@@ -351,13 +351,13 @@ def _entry(submission: Submission, known: References) -> Entry:
             reason = getattr(e, "strerror", None) or e
             raise InputError(f"cannot be read: {reason}", file=file.path) from None
         if sha256 != file.sha256:
-            said = f"{file.sha256[:16]}... of {submission.source.name}"
+            said = f"{file.sha256[:16]}... as in {submission.source.name}"
             raise _refuse(f"sha256 {sha256[:16]}...", said, file.path)
         read = read_results(file.path, maneuver=file.maneuver, count=len(reference))
         held = [rows.maneuver for rows in read.maneuvers]
         if file.maneuver is not None and held != [file.maneuver]:
             found = f"maneuver {', '.join(map(str, held))}"
-            raise _refuse(found, f"{file.maneuver} alone", file.path)
+            raise _refuse(found, f"only maneuver {file.maneuver}", file.path)
         results.append(read)
     report = score(results, reference)
     _check_rules(submission, report, reference)
@@ -400,10 +400,10 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
     if held != list(numbers):
         raise refuse(
             f"maneuver {', '.join(map(str, held))} in its files",
-            f"{', '.join(map(str, numbers))} for problem {submission.problem}",
+            f"maneuver {', '.join(map(str, numbers))} for problem {submission.problem}",
         )
     if odd := sorted({c.key for m in report.maneuvers for c in m.columns if c.is_contradicted}):
-        raise refuse(f"{named(odd)} with contradictory signs", "signs that some axes explain")
+        raise refuse(f"{named(odd)} with contradictory signs", "signs of one choice of axes")
     if lost := named([x.name for x in report.not_compared]):
         raise refuse(f"{lost}, which cannot be compared", "columns that were computed, each once")
     if outside := sum(x.rows for x in report.seen if isinstance(x, RowsOutside)):
@@ -414,7 +414,9 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part
         if len(part.time) != len(asked.time):
-            raise refuse(f"{len(part.time)} rows of maneuver {m.maneuver}", f"{len(asked.time)}")
+            raise refuse(
+                f"{len(part.time)} rows of maneuver {m.maneuver}", f"{len(asked.time)} rows"
+            )
         if not np.array_equal(part.time, asked.time):
             row = int(np.argmin(part.time == asked.time))
             raise refuse(

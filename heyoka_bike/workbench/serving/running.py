@@ -257,8 +257,7 @@ def _bound(host: str, port: int) -> socket.socket:
     except OSError as e:
         bound.close()
         raise InputError(
-            f"{host}, port {port}: cannot be listened on ({e.strerror or e}), expected a free "
-            "port (--port 0 finds one)"
+            f"cannot listen on {host}, port {port} ({e.strerror or e}); --port 0 finds a free port"
         ) from None
     return bound
 

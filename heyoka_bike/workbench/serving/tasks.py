@@ -218,7 +218,7 @@ def _carry_out(task: Task) -> TaskEnding:
     )
     if task.kind == "diagnose":
         if isinstance(scored, Series):
-            raise InputError(f"found {len(scored.runs)} runs, expected the files of one")
+            raise InputError(f"found {len(scored.runs)} runs, expected the files of one run")
         from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 
         scored = diagnosed(scored, REFERENCE, lambda share: report(task.kind, round(share, 3)))

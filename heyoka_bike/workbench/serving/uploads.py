@@ -130,7 +130,9 @@ async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[
             ) as form:
                 return _written(form, folder / FILES)
     except HTTPException as e:
-        raise InputError(f"found a form that cannot be read ({e.detail})") from None
+        raise InputError(
+            f"found a form that cannot be read ({e.detail}), expected multipart/form-data"
+        ) from None
     finally:
         body.unlink(missing_ok=True)
 

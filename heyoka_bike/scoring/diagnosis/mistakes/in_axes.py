@@ -100,9 +100,11 @@ def _front_not_tilted(_: Parameters, p: Parameters) -> Parameters:
     return {"l3": p["xH"] - p["w"], "l4": p["zH"] + p["rF"]}
 
 
-_WHICH_AXES = "the axes in which your program takes inertia: global ones, or along the steer axis"
+_WHICH_AXES = (
+    "in which axes your program expects inertia tensors: global axes, or axes along the steer axis"
+)
 _OFFSETS = "the lengths from hub to steer axis: each with the radius of its own wheel"
-_CENTRES = "the axes in which your program takes the centres of mass"
+_CENTRES = "in which axes your program expects the centres of mass"
 _HEIGHTS = "the height from which centres of mass are measured"
 
 
@@ -126,15 +128,15 @@ def _of_inertia(
 
 
 AXES_MISTAKES: tuple[Mistake, ...] = (
-    *_of_inertia("inertia_{}_rotated", "the inertia of the {} is taken in axes along the steer "
-                 "axis, without being turned into them", lambda i, _: i),
-    *_of_inertia("inertia_{}_rotated_back", "the inertia of the {} is turned into axes along the "
-                 "steer axis, and taken in the global ones",
+    *_of_inertia("inertia_{}_rotated", "the inertia of the {} is used as if it were in axes along "
+                 "the steer axis", lambda i, _: i),
+    *_of_inertia("inertia_{}_rotated_back", "the inertia of the {} is rotated to axes along the "
+                 "steer axis, but used as if it were in global axes",
                  lambda i, tilt: _turned(i, 2 * tilt)),
-    *_of_inertia("inertia_{}_rotated_wrong_way", "the inertia of the {} is turned by the tilt the "
-                 "wrong way, and taken in axes along the steer axis",
+    *_of_inertia("inertia_{}_rotated_wrong_way", "the inertia of the {} is rotated by the tilt in "
+                 "the wrong direction, and used in axes along the steer axis",
                  lambda i, tilt: _turned(i, -tilt)),
-    *_of_inertia("inertia_{}_rotated_by_head_angle", "the inertia of the {} is turned by the head "
+    *_of_inertia("inertia_{}_rotated_by_head_angle", "the inertia of the {} is rotated by the head "
                  "angle instead of the tilt", lambda i, tilt: _turned(i, pi / 2 - tilt)),
     *_of_inertia("sign_I{}xz_along_steer", "the product of inertia of the {} has the opposite sign "
                  "in axes along the steer axis", _negative_product),
@@ -154,16 +156,17 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
                   lambda p: _stand(p, lambda m, _: {"d3": 0.0})),
     model_mistake("offset_sign", "the front hub is behind the steer axis", _OFFSETS,
                   lambda p: _stand(p, lambda m, _: {"d3": -m["d3"]})),
-    model_mistake("centre_B_not_tilted", "the centre of mass of the rear frame is taken in axes "
-                  "along the steer axis", _CENTRES, lambda p: _stand(p, _rear_not_tilted)),
-    model_mistake("centre_H_not_tilted", "the centre of mass of the fork is taken in axes along "
-                  "the steer axis", _CENTRES, lambda p: _stand(p, _front_not_tilted)),
-    model_mistake("centres_not_tilted", "the centres of mass of both frames are taken in axes "
-                  "along the steer axis", _CENTRES,
+    model_mistake("centre_B_not_tilted", "the centre of mass of the rear frame is used as if it "
+                  "were in axes along the steer axis", _CENTRES,
+                  lambda p: _stand(p, _rear_not_tilted)),
+    model_mistake("centre_H_not_tilted", "the centre of mass of the fork is used as if it were in "
+                  "axes along the steer axis", _CENTRES, lambda p: _stand(p, _front_not_tilted)),
+    model_mistake("centres_not_tilted", "the centres of mass of both frames are used as if they "
+                  "were in axes along the steer axis", _CENTRES,
                   lambda p: _stand(p, _rear_not_tilted, _front_not_tilted)),
     model_mistake("centre_B_from_hub", "the height of the centre of mass of the rear frame is "
-                  "taken from the rear hub", _HEIGHTS, lambda p: p.update(zB=p["zB"] - p["rR"])),
-    model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
-                  "the front hub", _HEIGHTS, lambda p: p.update(zH=p["zH"] - p["rF"])),
+                  "measured from the rear hub", _HEIGHTS, lambda p: p.update(zB=p["zB"] - p["rR"])),
+    model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is measured "
+                  "from the front hub", _HEIGHTS, lambda p: p.update(zH=p["zH"] - p["rF"])),
 )  # fmt: skip
 """Mistakes with axes along the steer axis, in no particular order."""

@@ -151,17 +151,17 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _tilt("tilt_sign", "the steer axis is tilted forward instead of backward",
           lambda x: -x),
     _tilt("tilt_zero", "the steer axis is vertical", lambda _: 0.0),
-    _tilt("tilt_from_horizontal", "the tilt of the steer axis is taken from the horizontal",
+    _tilt("tilt_from_horizontal", "the tilt of the steer axis is measured from the horizontal",
           lambda x: pi / 2 - x),
-    _tilt("tilt_degrees_as_radians", "the tilt of the steer axis in degrees is taken as "
+    _tilt("tilt_degrees_as_radians", "the tilt of the steer axis in degrees is read as "
           "radians", degrees),
-    _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is taken as "
+    _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is read as "
           "degrees", radians),
     _model("trail_sign", "the trail is negative", _AT_GROUND, _negate("c")),
     _model("trail_zero", "the trail is zero", _AT_GROUND, _zero("c")),
-    _model("trail_normal", "the trail is taken as the distance of the front contact point from the "
+    _model("trail_normal", "the trail is used as the distance of the front contact point from the "
            "steer axis", "the trail: it is measured along the ground", _trail_by_cosine(-1)),
-    _model("trail_shortened", "the trail is shortened by the cosine of the tilt",
+    _model("trail_shortened", "the trail is multiplied by the cosine of the steer axis tilt",
            "the trail: it is measured along the ground", _trail_by_cosine(1)),
     _model("printed_p2", "the steer axis goes through the printed point P2",
            "how the steer axis is built: from wheel base, trail and tilt", _through_p2),

@@ -100,7 +100,7 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   "centres of mass do not move sideways",
                   "the lateral velocities at the start: height times roll rate",
                   lambda s: replace(s, falling=False)),
-    start_mistake("roll_rate_in_degrees", "the initial roll rate is taken as degrees per second",
+    start_mistake("roll_rate_in_degrees", "the initial roll rate is read as degrees per second",
                   "the unit of the initial roll rate",
                   lambda s: replace(s, roll_rate=s.roll_rate * _ONE_DEGREE)),
     start_mistake("no_roll_rate", "the initial roll rate is zero", "the initial roll rate",
@@ -129,7 +129,7 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("speed_of_centre", "the initial speed is that of the centre of mass",
                   "the point whose speed is set: the rear hub",
                   lambda s: replace(s, speed_of_centre=True)),
-    start_mistake("speed_in_km_h", "the initial speed is taken as km/h",
+    start_mistake("speed_in_km_h", "the initial speed is read as km/h",
                   "the unit of the initial speed", lambda s: replace(s, speed=s.speed / 3.6)),
     _speed_by("speed_by_front_radius", "the initial spin of the rear wheel is the speed over the "
               "radius of the front wheel", "rR", "rF"),
@@ -139,3 +139,9 @@ START_MISTAKES: tuple[Mistake, ...] = (
     _spin_kept("radii_exchanged", "wheel"),
 )  # fmt: skip
 """Mistakes in the initial conditions, in no particular order, without those of `misplaced`."""
+
+VIOLATING = frozenset(
+    ("roll_of_frame_only", "roll_without_wheels", "roll_about_centre", "roll_without_translation",
+     "front_wheel_at_rest", "rear_wheel_at_rest", "wheels_at_rest")
+)  # fmt: skip
+"""Codes of the mistakes whose initial velocities violate the rolling constraints."""

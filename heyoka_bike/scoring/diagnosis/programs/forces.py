@@ -560,12 +560,12 @@ def _part(says: str, law: Law, *, is_fitted: bool = True, stores_energy: bool = 
 
 
 _ALONG = (
-    ("roll", "torque in the equation of roll"),
+    ("roll", "roll torque"),
     ("steer", "torque on the steer axis"),
     ("speed", "force forward at the rear hub"),
 )
 """Equations of motion, with words for the force or torque in each."""
-_POWERS_OF_SPEED = ("", " the speed", " the speed squared")
+_POWERS_OF_SPEED = ("", " the forward speed", " the square of the forward speed")
 
 
 _NAMED_OTHERWISE = (
@@ -591,9 +591,7 @@ def _of_the_state() -> dict[str, Force]:
     for i, (where, what) in enumerate(_ALONG):
         for (names, term), power in product(even if i == 2 else odd, range(3)):
             times = " times" if term and power else ""
-            says = (
-                f"coefficient of a {what} (proportional to{term}{times}{_POWERS_OF_SPEED[power]})"
-            )
+            says = f"coefficient of a {what} proportional to{term}{times}{_POWERS_OF_SPEED[power]}"
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
@@ -651,7 +649,7 @@ FORCES: Mapping[str, Force] = {
                            _along(1, ["steer rate"], sign=-1.0), stores_energy=False),
     "steer_stiffness": Force("stiffness of a spring on the steer axis", "N m", 1.0,
                              _along(1, ["steer angle"], sign=-1.0)),
-    "steer_torque": Force("constant torque on the steer axis, to the right", "N m", 0.1,
+    "steer_torque": Force("constant torque on the steer axis (positive to the right)", "N m", 0.1,
                           _along(1)),
     "steer_friction": Force("dry friction of the steer axis", "N m", 0.1, lambda m: {
         "rates": (0.0, -np.tanh(m.state[4] / 1e-4), 0.0)}, stores_energy=False),
@@ -659,7 +657,7 @@ FORCES: Mapping[str, Force] = {
                           _along(0, ["roll rate"], sign=-1.0), stores_energy=False),
     "roll_stiffness": Force("stiffness of a spring against the roll", "N m", 1.0,
                             _along(0, ["roll angle"], sign=-1.0)),
-    "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
+    "roll_torque": Force("constant torque on the rear frame (positive to the right)", "N m", 0.1,
                          _along(0)),
     "air_lift": Force("lift coefficient (force / squared speed) at the rear frame's centre of mass",
                       "kg m-1", 0.1, lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))},

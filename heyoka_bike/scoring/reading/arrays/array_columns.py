@@ -102,8 +102,8 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
             remainder = read_column(lo, None, False, request).values
             if remainder.shape != values.shape:
                 raise request.error(
-                    f"found {len(values)} values and {len(remainder)} of their second parts, "
-                    "expected the same number"
+                    f"found {len(values)} values and {len(remainder)} low parts (_lo), expected as "
+                    "many low parts as values"
                 )
             values, remainder = two_sum(values, remainder)
             bits = 2 * bits

@@ -111,7 +111,7 @@ class _Unpacker:
         self._claim(len(unpacked))
         elements = [*self._elements(memoryview(unpacked))]
         if not unpacker.eof or len(elements) != 1:
-            raise ValueError("compressed bytes do not end where they should")
+            raise ValueError("a compressed element has a wrong length")
         return elements[0]
 
     def _claim(self, size: int) -> None:
@@ -132,7 +132,9 @@ class _Unpacker:
             elif kind != _COMPRESSED:
                 following += -size % 8
             if start + size > min(following, len(data)):
-                raise ValueError(f"{size} bytes promised at byte {at} are not there")
+                raise ValueError(
+                    f"the element at byte {at} is shorter than its stated {size} bytes"
+                )
             yield kind, data[start : start + size]
             at = following
 
@@ -143,7 +145,7 @@ class _Unpacker:
             self._claim(len(body) // _SIZES[kind] * (_WIDEST - _SIZES[kind]))
             return ""
         if kind != _MATRIX:
-            raise ValueError(f"an element of type {kind}")
+            raise ValueError(f"an element has the unknown type {kind}")
         if not body:
             return ""
         parts = [*self._elements(body)]
