@@ -511,8 +511,8 @@ def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Re
         for key in (*NEEDED, *m.definitions):
             if key not in m.at_any_time:
                 raise ValueError(
-                    f"{m.name}: the file has no {key}, which is the default definition of a "
-                    "column of the benchmark"
+                    f"{m.name}: the file has no {key}, which is the default definition of this "
+                    "quantity"
                 )
     return Reference(
         dataset_version=manifest.dataset_version,

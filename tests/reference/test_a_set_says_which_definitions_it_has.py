@@ -107,7 +107,7 @@ def test_a_set_without_a_default_definition_is_refused_in_one_line(kind, name, c
                 del group[name + tag]
         accept_numbers(folder, f)
     accept(folder)
-    with pytest.raises(DatasetError, match=f"no {name}, the default definition"):
+    with pytest.raises(DatasetError, match=f"no {name}, which is the default definition"):
         load_reference(folder)
     (tmp_path / "r.txt").write_text("0 0\n")
     assert main(["score", str(tmp_path / "r.txt"), "--reference", str(folder)]) == 1

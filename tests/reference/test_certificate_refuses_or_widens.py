@@ -61,7 +61,7 @@ def test_a_dropped_step(run):
     with pytest.raises(NotCertifiedError, match=r"step 2 of \d+, t = .* is not certified"):
         enclose(gap)
     missing = replace(run, pieces=run.pieces[:-1])
-    with pytest.raises(NotCertifiedError, match="not whole"):
+    with pytest.raises(NotCertifiedError, match="incomplete"):
         enclose(missing)
     short = replace(run, breaks=run.breaks[:-1], pieces=run.pieces[:-1])
     with pytest.raises(NotCertifiedError, match=r"expected 0 to 0\.5 s"):

@@ -77,7 +77,7 @@ def test_the_sound_candidate_is_certified(sound: Certificate) -> None:
     ],
 )
 def test_a_candidate_that_is_not_whole(run: Trajectory, change: Any, said: str) -> None:
-    with pytest.raises(NotCertifiedError, match=f"not whole: .*{said}"):
+    with pytest.raises(NotCertifiedError, match=f"incomplete: .*{said}"):
         enclose.enclose(change(run))
 
 

@@ -161,7 +161,7 @@ def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, break
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    assert "content_sha256" in error or "not whole" in error
+    assert "content_sha256" in error or "incomplete" in error
 
 
 @pytest.mark.proof
@@ -181,7 +181,7 @@ def test_dense_shape_is_checked_apart_from_the_hash(small_set):
     backward = replace(dense, hi=thrice[0], lo=thrice[1], breaks=np.array([0.0, 0.15, 0.1, 0.2]))
     off = (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5, late)
     for wrong in (*(replace(dense, breaks=breaks) for breaks in off), backward):
-        with pytest.raises(NotCertifiedError, match="not whole"):
+        with pytest.raises(NotCertifiedError, match="incomplete"):
             bound_dense(run, (), wrong, list(dense.hi), {})
 
 
