@@ -452,6 +452,9 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     is_held = np.max(lengths[~is_bound], initial=0) >= _FEWEST_CLIPPED
     if c.values < MIN_ROWS_FOR_SHAPE or is_held or is_coarse:
         return None
+    # The mechanical energy may rest at its exact constant value while no force does work.
+    if float(np.ptp(c.trace.reference)) <= least:
+        return None
     bounds = []
     for bound, inf in ((low, -np.inf), (high, np.inf)):
         # The first and the last rows do not count: a motion may begin or end at rest.
