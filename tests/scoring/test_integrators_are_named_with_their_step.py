@@ -91,6 +91,6 @@ def test_a_diagnosis_begins_with_it(reference, program):
     assert first.code == "integrator"
     # The program uses coordinates that differ from those of the simulated methods, so the named
     # method is only the nearest.
-    begins = "The nearest known method is Heun's method with a step of 0.005 s. A run"
+    begins = "The error is nearest to that of Heun's method with a step of 0.005 s. A run"
     assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]

@@ -39,6 +39,7 @@ _CHECK_FORCES = (
     "The only applied force of the benchmark is gravity. Check which other forces your program "
     "applies, by default or in its joints, and that its equations have all terms"
 )
+_CHECK_FLOOR = "Check that the floor is horizontal, and the direction of gravity"
 _CHECK_TERMS = "Check that the equations of your program have all terms"
 _ABOUT_STARTS = (
     ". These initial velocities violate the rolling constraints. The simulation of heyoka_bike "
@@ -166,8 +167,11 @@ class Explained(Evidence):
         first = self.hypotheses[0]
         forces = {x.name for x in first.found} & FORCES.keys()
         if forces:
-            if all(name.startswith("side_") for name in forces):
+            is_of_lengths = all(FORCES[name].is_property for name in forces)
+            if is_of_lengths and all(name.startswith("side_") for name in forces):
                 return "Check the sideways coordinates of the centres of mass"
+            if all(name.startswith("slope_") for name in forces):
+                return _CHECK_FLOOR
             is_of_terms = all(FORCES[name].is_part for name in forces)
             return _CHECK_TERMS if is_of_terms else _CHECK_FORCES
         if self.as_given:
@@ -354,7 +358,7 @@ class IntegratedBy(Evidence):
     def message(self) -> str:
         names = " or ".join(m.says for m in self.methods)
         h = self.hypothesis
-        said = "The error is that of " if self.is_sure else "The nearest known method is "
+        said = "The error is that of " if self.is_sure else "The error is nearest to that of "
         said += (
             f"{names}. A run of this method agrees with the file {short_number(h.relief, 1)} times "
             "better than the exact motion does. "

@@ -20,7 +20,7 @@ from heyoka_bike.scoring.evidence.words import (
 from heyoka_bike.scoring.findings import Severity, named
 
 DEFAULT_CONVENTIONS = (
-    "Default conventions apply: SI units, positive to the right, potential energy zero on the floor"
+    "Defaults: SI units, roll and steer positive to the right, potential energy zero on the floor"
 )
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {

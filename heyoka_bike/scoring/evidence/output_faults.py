@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import unit_text
+from heyoka_bike.scoring.evidence.words import scale_words, unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS
@@ -560,9 +560,10 @@ class Remainder(Evidence):
     code = "remainder"
 
     def message(self) -> str:
+        number, _, key = self.place.partition(".")
         return (
-            "Nothing else is wrong: with this corrected, the largest error is "
-            f"{self.max_rel_error:.1g} of the column's largest value ({self.place})"
+            "No other fault is visible. With this corrected, the largest error is "
+            f"{scale_words(self.max_rel_error, key)}, in maneuver {number}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
