@@ -131,7 +131,7 @@ def test_a_number_of_the_maneuver_beside_the_columns():
 def test_a_wrong_number_of_a_maneuver(value, found, tmp_path):
     names, rows = long_rows(0)
     rows[4, 0] = value
-    fragment = f"found {found} as 'Maneuver', expected 1 to 3"
+    fragment = f"found {found} in the column 'Maneuver', expected 1 to 3"
     with pytest.raises(InputError, match=f"row 5: {fragment}"):
         read_results(dict(zip(names, rows.T, strict=True)))
     path = tmp_path / "r.csv"

@@ -118,5 +118,5 @@ def test_as_many_columns_are_told_as_there_are(kind, count, tmp_path):
         path.write_text("".join(",".join(map(str, row)) + "\n" for row in [NAMES, *VALUES]))
     else:
         saved(path, [NAMES, *VALUES])
-    with pytest.raises(InputError, match=f"found 9 columns, expected {count} as"):
+    with pytest.raises(InputError, match=f"found 9 columns, expected {count} columns as"):
         read_results(path, maneuver=1, columns=[*NAMES, "-"][:count])

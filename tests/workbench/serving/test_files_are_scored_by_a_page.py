@@ -82,7 +82,7 @@ def test_options_count_in_the_query_and_in_the_form(client, example):
             assert message in answer.json()["error"]
     whole = client.post("/score?maneuver=2", files=files)
     assert whole.status_code == 422
-    assert "found maneuver 2 for results of maneuvers 1, 2, 3" in whole.json()["error"]
+    assert "found the number of maneuver 2 for results of maneuvers 1, 2, 3" in whole.json()["error"]
 
 
 def test_a_browser_gets_the_report_with_links_to_more(client, example):
@@ -125,7 +125,7 @@ def test_programs_without_energies_have_no_measure_of_them(client, example):
     text = "t,roll\n" + "".join(f"{t:.17g},{roll:.17g}\n" for t, roll in rows[:, :2])
     files = [("file", (f"{name}.csv", text.encode())) for name in ("mine", "theirs")]
     _, found = page(client, client.post("/results", files=files, headers=BROWSER))
-    assert "roll angle of maneuver 1</td>" in found.text
+    assert "roll angle in maneuver 1</td>" in found.text
 
 
 def test_runs_of_one_program_show_its_order(client, example):
