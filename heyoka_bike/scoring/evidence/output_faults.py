@@ -240,7 +240,8 @@ class OtherClock(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        if self.scale == 1.0:
+        scale = f"{self.scale:.7g}"
+        if scale == "1" and self.shift:
             way = "later" if self.shift > 0.0 else "earlier"
             rows = self.rows and round(self.rows, 2)
             in_rows = ""
@@ -250,7 +251,7 @@ class OtherClock(Evidence):
         else:
             sign = "minus" if self.shift < 0.0 else "plus"
             more = f" {sign} {abs(self.shift):.3g} s" if self.shift else ""
-            when = f"the correct times are {self.scale:.7g} times those written{more}"
+            when = f"the correct times are {scale} times those written{more}"
         rows_of, times_of = "The rows", "the times"
         if self.keys:
             rows_of = f"The rows of {', '.join(self.keys)}"
