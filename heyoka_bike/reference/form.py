@@ -236,7 +236,7 @@ def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
             yield f"{dataset.name}: axis {axis} lacks the dimension scale {group[scale].name}"
-    # The proof recomputes all numbers except the indices.
+    # The proof recomputes all numbers except the indices, so check only the indices here.
     if e.has_proof and item.kind != hdf5.INDEX:
         return
     values = dataset[:]
