@@ -218,8 +218,8 @@ def test_a_state_off_by_1e_20_has_a_bound_that_says_so(case: Case) -> None:
     wrong = moved(cut.run, 3, 0, Fraction(1, 10**20))
     bound = enclose(wrong)
     assert Fraction(1, 10**20) < bound.worst < Fraction(1, 10**17)
-    # The wrong run has a bound of its own, which is correct. With this bound it does not contradict
-    # the published run.
+    # The bound of the wrong run allows for the error of this run. So within this bound it does not
+    # contradict the published run.
     assert disagreements(Certified(wrong, bound), case.published, cut.middles()) == []
 
 
