@@ -206,8 +206,8 @@ def _fulfilled(parts, true, honest):
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:
-            # A constant energy meets this requirement whatever its size is, so a wrong size is no
-            # fault.
+            # The zero of this energy is unknown. Any constant energy would then meet the
+            # requirement, so it is no fault if `score` does not count this energy.
             continue
         if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
             found.append(f"{n}.performance < 1e-3")

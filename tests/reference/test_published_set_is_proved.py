@@ -20,8 +20,8 @@ from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.certificate import compare_certificate
 from heyoka_bike.reference.proof.certify import certify as prove
 
-# Among all columns and unknowns, the worst column and unknown determine the limit for the
-# derivatives, because their derivative is tiny. Nearly all others are below 24 x 2^-50.
+# The limit for the derivatives follows from the worst column and unknown, whose derivative is tiny.
+# Nearly all other derivatives have a bound below 24 x 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}
 
 

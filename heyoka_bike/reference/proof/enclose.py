@@ -182,9 +182,9 @@ class Carried:
         size = weighted(forces, weights)
         kappa = flow.size_inverse * flow.defect
         inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
-        # `one` bounds the change of a factor Y(s) Y(c)^-1 if V(c) replaces Y(c)^-1; the size of the
-        # factor is at most `size_y` times `size_inverse`. A product of two factors then changes by
-        # at most twice `one` times that size, plus `one` squared.
+        # `one` bounds the change of a factor Y(s) Y(c)^-1 if V(c) replaces Y(c)^-1. The size of
+        # such a factor is at most `size_y` times `size_inverse`. So a product of two factors
+        # changes by at most twice `one` times this size, plus `one` squared.
         one = self.size_y * flow.size_inverse * flow.eta
         replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
         charge = self.size_y * inside + replaced * size
