@@ -348,14 +348,14 @@ def known(honest, said):
                 e -= (_TURN * np.rint(e / _TURN)).astype(float)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
             if p.lo[k].any():
-                # Trailing zeros of long numbers are not written, so the number of digits is known
-                # only to within one.
+                # Trailing zeros of long numbers are not written, so the number of written digits is
+                # known only to within one digit.
                 half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
             else:
                 half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
             if p.is_rounded and np.ptp(p.hi[k]) == 0:
                 # The number of digits of a constant column is inferred from the other columns, and
-                # may be wrong by one.
+                # may be wrong by one digit.
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:

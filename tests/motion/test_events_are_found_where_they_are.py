@@ -103,8 +103,8 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert not event.is_single
     assert holds(event.time, Fraction(1, 2))
     # With a certificate, the radius is the width of the region where t (t - 1/2)^2 is below the
-    # bound, plus the error of bisection. Without one, it is the width of the region where t (t -
-    # 1/2)^2 is below the last bits of the balls.
+    # bound, plus the error of bisection. Without a certificate, it is the width of the region where
+    # t (t - 1/2)^2 is below the last bits of the balls.
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 

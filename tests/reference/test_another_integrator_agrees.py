@@ -187,7 +187,8 @@ def test_every_column_agrees_within_both_bounds(case: Case) -> None:
     times = case.times
     assert times == [Fraction(i) for i in range(len(case.rows))]
     assert disagreements(case.other, case.published, times) == []
-    # The enclosures must be narrow. Very wide ones would overlap in any case and prove nothing.
+    # The enclosures must be narrow. Very wide enclosures would overlap in any case and prove
+    # nothing.
     for row in case.other.columns(times):
         for name, x in row.items():
             scale = float(abs(case.values.rows.hi[name]).max())

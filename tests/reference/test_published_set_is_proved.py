@@ -218,8 +218,8 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    # Depending on the change, either the segments belong to a different motion, or nothing is
-    # proved.
+    # The message depends on the change: either the segments belong to a different motion, or
+    # nothing is proved.
     said = ("is not certified", "proved", "decide", "breaks of the derivatives")
     assert any(words in error for words in said)
 

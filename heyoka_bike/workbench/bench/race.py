@@ -196,7 +196,8 @@ class Tuned(TimedCode):
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # All tolerances use the same compiled code, so the building time is that of the first one.
+        # All tolerances use the same compiled code, so the time for building it is measured only
+        # once.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()

@@ -102,7 +102,7 @@ def ends_source(equations: Equations) -> str:
                 call_rates(stage, k[number])
             before, x = y.load(), v.fused(h, _slopes(k, STEP), lost.load())
             after.store(before + x)
-            # Compensated summation: the next step adds the rounding error of this one.
+            # Compensated summation: the next step adds the rounding error of this step.
             rests = x - (after.load() - before)
             fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
             both = v.fused(third, 0.01, fifth).at_least(1e-300)

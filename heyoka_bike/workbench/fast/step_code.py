@@ -348,7 +348,7 @@ class _Step:
         """
         values = self.state.load()
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
-        # Divide by the increments that remain after rounding, not by the intended ones.
+        # Divide by the increments that remain after rounding, not by the intended increments.
         units = (values + units) - values
         places = [self._code.vector(x) for x in np.eye(v.STATE_SIZE, v.LANES, 1)]
         self._y.store(v.fused(units, places, values))
@@ -422,7 +422,7 @@ class _Step:
         signs = self._code.vector([1.0, -1.0] * (v.LANES // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])
-        # Compensated summation: the next step adds the rounding error of this one.
+        # Compensated summation: the next step adds the rounding error of this step.
         x = _last(self._z) + self.lost.load()
         after = before + x
         added = after - before

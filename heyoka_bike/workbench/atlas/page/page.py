@@ -201,7 +201,7 @@ _SAID_OF_FATES = {
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
-# Words between a fate and the time at which it was decided, if not ``, settled after``.
+# Words between a fate and the time after which it is known, if not ``, settled after``.
 _WHEN_OF_FATES = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
