@@ -166,7 +166,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _carry_out(arguments)
     except SystemExit:
-        # Only rich raises this exception here, when the reader of our output has closed the pipe.
+        # Only rich raises SystemExit here, when the reader of our output has closed the pipe.
         return Exit.OK
     except BrokenPipeError:
         return _unread()

@@ -64,7 +64,7 @@ def _is_within(x: Exact, half_turns: Fraction) -> bool:
     )
 
 
-# Conditions on the values of parameters, evaluated exactly, by their descriptions.
+# For each description of a range: the condition on the value, which is evaluated exactly.
 _RANGES: Mapping[str, Callable[[Exact], bool]] = {
     "": lambda x: True,
     _POSITIVE: lambda x: x.sign > 0,
@@ -428,7 +428,7 @@ def _read_value(
             source.line_of_text(entry, note, where, limit=1000)
     unit = entry.get("unit", parameter.unit)
     size = factor(unit, parameter.unit) if isinstance(unit, str) else None
-    # Accept a percentage here, because the table of units has none: it is not a unit of a quantity.
+    # Accept % here, because the table of units lacks it: a percentage is not a unit of a quantity.
     size = Exact(Fraction(1)) if unit == parameter.unit == "%" else size
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"

@@ -14,8 +14,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 
-# Distance of the benchmark's point P2 from the floor along the steer axis [m]; it reproduces the
-# digits printed in the benchmark.
+# Distance, along the steer axis, from the floor to the benchmark's point P2 [m]. This value
+# reproduces the digits that the benchmark prints.
 _P2 = 0.9
 # The wheels and the rider are drawn for a bicycle with this sum of the wheel radii, and this height
 # of the point B [m]. Other bicycles scale the drawing.

@@ -21,7 +21,7 @@ _MAX_BYTES = 200_000
 # time that tomllib takes grows with the square of that number.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
-# Pattern of the place of an error, which ends tomllib's messages.
+# Pattern of the place of an error, at the end of tomllib's messages.
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -163,7 +163,8 @@ class TomlSource:
         about
             Description of the entry.
         """
-        # Values that do not come from a file come from Python, where tables have no names.
+        # Without a file, the values come from Python, where tables have no names. So name only the
+        # entry.
         place = _key(where if self.path else where[-1:])
         place += f" ({about})" if about else ""
         return InputError(f"{place}: {message}" if place else message, file=self.path)

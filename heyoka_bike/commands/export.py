@@ -43,7 +43,7 @@ _FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
 _MODELS = ("urdf", "sdf", "mjcf")
 _STEM_NAME, _BICYCLE = "uncontrolled_bicycle", "bicycle"
-# Options that each kind of export accepts; the keys are options, too.
+# For each option that selects a kind of export: the other options that it accepts.
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),

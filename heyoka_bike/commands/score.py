@@ -178,8 +178,8 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
                 f"--output: found '{path.name}', expected a name ending in "
                 f"{', '.join(SUFFIXES)}, or a --format for it"
             )
-        # A table goes to a file only if no other format is left, so that it remains on standard
-        # output.
+        # Write a table to a file only if no other format is left, so that the table remains on
+        # standard output.
         name = next((f for f in left if f != "table"), left[0])
         left.remove(name)
         written.append((path, name))

@@ -81,16 +81,17 @@ _MOST_HALVINGS_WAITING = 4096
 # one by more than a factor of ten.
 _NODES_OF_PIECE = 24
 # Allowance for the truncation of an interpolation or a series, relative to the sum of its
-# coefficients. It is far above the truncation error. A series whose last coefficients exceed it is
-# not used.
+# coefficients. It is far above the truncation error. A series is not used if its last coefficients
+# exceed this allowance.
 _SLACK = 1e-7
 # Number of terms of the Taylor series, and how many of its last terms are checked.
 _TERMS_OF_PIECE, _LAST_TERMS = 24, 3
-# Radius for `Samples`: aliasing changes terms by less than 4^-32 of the function.
+# Radius of the circle on which `Samples` evaluates a function. With this radius, aliasing changes
+# the terms of the series by less than 4^-32 of the function.
 _RADIUS_OF_SAMPLES = 4
 _PIECES_AT_ONCE = 512  # maximum number of pieces in one array
 # Fraction of the first piece. If the function is zero at the start and there is no certificate, a
-# zero within this fraction is the start itself.
+# zero within this fraction counts as the start itself.
 _AT_START = Fraction(1, 2**24)
 
 

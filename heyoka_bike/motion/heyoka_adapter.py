@@ -141,7 +141,8 @@ class NativeNumbers:
 
     def from_integer(self, n: int, grid: int) -> Any:
         """Return the value n 2^-grid, correctly rounded to the precision."""
-        # Conversions of integers are correctly rounded, and the scaling is exact.
+        # The conversion of an integer is correctly rounded and the scaling is exact, so the result
+        # is correctly rounded.
         x, scale = self._number(n), self._number(1 << abs(grid))
         return x / scale if grid > 0 else x * scale
 

@@ -242,8 +242,8 @@ class _Watch:
             "the rolling conditions of the wheels become dependent": abs(o.den),
         }
         if self.is_regular:
-            # The motion can continue here, but these state variables do not describe it; see
-            # `rear_rates`.
+            # The motion itself can continue, but the state variables of the regular form no longer
+            # describe it; see `rear_rates`.
             turn = "roll and steer rate no longer give the turn rate"
             candidates[turn] = abs(turn_divisor(o))
         what = min(candidates, key=candidates.__getitem__)

@@ -85,7 +85,7 @@ def solution(
 def fundamental(
     a: Polynomial, tail: flint.arb_mat, weights: BallVector
 ) -> tuple[list[flint.arb_mat], flint.arb, list[flint.arb_mat], flint.arb]:
-    """Return polynomials Y near that of Y' = A Y and V near that of V' = -V A, both 1 at s = 0.
+    """Return polynomials near the solutions of Y' = A Y and V' = -V A, both the identity at s = 0.
 
     For each also return a bound on the norm of Y' - (A + tail) Y or V' + V (A + tail), -1 <= s <=
     1.
@@ -98,8 +98,8 @@ def fundamental(
 
     def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
         sizes = [norm(m, weights) for m in p]
-        # Terms of the products whose order is len(a) - 1 or higher. Y' and V' have no terms of
-        # these orders.
+        # Bound on the terms of the products from order len(a) - 1 on. Y' and V' have no terms of
+        # these orders, so here the products are the whole defect.
         beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
         return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
 

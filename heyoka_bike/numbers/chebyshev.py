@@ -152,8 +152,8 @@ def double_sums(breaks: Array, c: Double, t: Double) -> Double:
         for p, i, j in pieces:
             c1, c2, c3 = (part[:, p] for part in slices)
             of = slice(i, j)
-            # The first two products are exact, with at most 48 bits each. The last one is 2^-38 of
-            # the first, so binary64 is sufficient for it.
+            # The first two products are exact, with at most 48 bits each. The last product is 2^-38
+            # of the first one, so binary64 is sufficient for it.
             leading = c1 @ t1[:, of]
             middle = c1 @ t2[:, of] + c2 @ t1[:, of]
             last = c1 @ t3[:, of] + c2 @ t23[:, of] + c3 @ polynomials[0][:, of]

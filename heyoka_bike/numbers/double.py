@@ -175,7 +175,7 @@ class Doubles:
         near = np.arctan2(self.hi, x.hi)
         angle = Doubles(near, np.zeros_like(near))
         sin, cos = _sin_cos(angle)
-        # The remaining angle is so small that its sine equals it to working precision.
+        # The remaining angle is so small that its sine equals the angle to working precision.
         rest = (self * cos - x * sin) / (x * cos + self * sin)
         return Doubles(*fast_two_sum(near, rest.hi))
 

@@ -31,8 +31,8 @@ _OPERATIONS_OF_EXACT: Mapping[type, Callable[..., Exact]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.Div: operator.truediv, ast.UAdd: operator.pos, ast.USub: operator.neg,
 }  # fmt: skip
-# Maximum length of a formula [characters], and the bound on integers. Python can be configured to
-# refuse integers of more than 640 digits.
+# Maximum length of a formula [characters], and limit of the integers in it. Python can be
+# configured to refuse integers of more than 640 digits.
 _MAX_LENGTH = 600
 _MAX_INTEGER = 10**640
 _MAX_BRACKETS = 50
@@ -281,7 +281,7 @@ def _around_pi(bits: int) -> tuple[Fraction, Fraction]:
             k += 2
         return total
 
-    # Fewer than `bits` divisions lose less than one unit each, and the formula multiplies this
-    # error by 20.
+    # An arctangent needs fewer than `bits` divisions, each of which loses less than one unit. The
+    # formula multiplies these errors by at most 20.
     near, slack = 4 * (4 * arctan_of_inverse(5) - arctan_of_inverse(239)), 40 * (bits + 16)
     return Fraction(near - slack, one), Fraction(near + slack, one)

@@ -67,7 +67,7 @@ class Enclosure:
 
 
 def nearest_pair(x: Enclosure) -> tuple[float, float, bool]:
-    """Return hi, lo (the rest), and whether both are decided; undecided ones are candidates."""
+    """Return hi, lo (the rest), and whether both are certain to be correctly rounded."""
     hi, is_decided = x.nearest()
     lo, is_rest_decided = x.minus(hi).nearest()
     return hi, lo, is_decided and is_rest_decided

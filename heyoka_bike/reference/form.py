@@ -25,8 +25,8 @@ from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import Manifest, hdf5_version
 from heyoka_bike.reference.structure import ROWS_APART, STATED
 
-# Tolerance of the sum of the derivatives of the energies: three roundings to multiples of 2^-50 of
-# their scale, which is rounded up to a power of two.
+# Tolerance of the sum of the derivatives of the energies. Three values are rounded to multiples of
+# 2^-50 of their scale. The scale is rounded up to a power of two.
 _GRID = 3 * 2.0**-50
 
 # Roundoff of evaluating a Chebyshev sum of 24 coefficients in binary64, relative to the largest
@@ -236,7 +236,7 @@ def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
             yield f"{dataset.name}: axis {axis} lacks the dimension scale {group[scale].name}"
-    # The proof recomputes all numbers except the indices.
+    # The proof recomputes all numbers except the indices, so check only the indices here.
     if e.has_proof and item.kind != hdf5.INDEX:
         return
     values = dataset[:]

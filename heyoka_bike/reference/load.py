@@ -108,7 +108,7 @@ def _plain(x: object) -> Array:
 
 _log = logging.getLogger(__name__)
 
-# Polynomials may be continued beyond the end of the last piece by its length divided by this
+# The polynomials of the last piece may be continued beyond its end by its length divided by this
 # number.
 _PARTS_OF_PIECE = 100
 NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")

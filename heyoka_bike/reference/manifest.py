@@ -308,8 +308,8 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
     try:
         path = _inside(folder, name)
         found = path.stat().st_size
-        # Do not read a file whose length is wrong. Anything but a regular file is passed on, and
-        # `read_regular` rejects it.
+        # Do not read a regular file of the wrong length. `read_regular` rejects a path that is not
+        # a regular file.
         is_read = found == size or not path.is_file()
         data = read_regular(path, size) if is_read else b""
     except FileNotFoundError:
@@ -346,7 +346,7 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
-    """Check and return the folder, the manifest and one file of a dataset (default: the published).
+    """Check and return the folder, manifest and one file of a dataset (default: the published one).
 
     Raises
     ------

@@ -238,7 +238,7 @@ class Sensitivity:
         return int(next(iter(self.coefficients.values())).shape[1])
 
     def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:
-        """Evaluate derivatives at some times.
+        """Evaluate the derivatives with respect to the unknowns at given times.
 
         Parameters
         ----------

@@ -38,8 +38,8 @@ _INTERVAL = 0.1  # [s], minimum time between two reports of progress in the same
 
 _TRIES = 3
 _SECONDS_BETWEEN_LOOKS = 0.05  # [s], time between two checks for a message from the process
-# Maximum size of a message from a process with limits, and of a file that such a process writes
-# [bytes]. A report of all columns has some hundred kB, a replay at most 3 MB.
+# Maximum size [bytes] of a message from a process whose time and memory are limited, and of a file
+# that such a process writes. A report of all columns has a few hundred kB, a replay at most 3 MB.
 _LONGEST_MESSAGE = 1 << 16
 _LARGEST_FILE = 100_000_000
 _log = logging.getLogger(__name__)
@@ -164,8 +164,8 @@ class ProcessLimits:
             "RLIMIT_CORE": 0,
         }
         for name, bound in bounds.items():
-            # macOS lacks some of these limits and rejects others. There, too, the parent limits the
-            # elapsed time.
+            # macOS lacks some of these limits and rejects others. On macOS, too, the parent process
+            # limits the elapsed time.
             with suppress(ImportError, AttributeError, OSError, ValueError):
                 import resource
 

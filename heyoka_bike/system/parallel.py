@@ -243,7 +243,7 @@ class _Schedule:
                 self.end(job, found)
             elif self.submit(executor, job).done():
                 # The executor has already run this job. Handle its outcome before starting the next
-                # one.
+                # job.
                 return
 
     def submit(self, executor: Executor, job: Job) -> Future[Outcome]:

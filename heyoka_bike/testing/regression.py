@@ -96,7 +96,8 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
     found = RequirementSpec(maneuver, column, limits)
-    # Without a limit, parse an arbitrary one, to check whether maneuver and column are valid.
+    # If no limit is given, parse an arbitrary limit, to check whether maneuver and column are
+    # valid.
     for text in found.texts() or RequirementSpec(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)

@@ -68,8 +68,8 @@ spacing = "0.01"
 
 NUMBER = "expected a decimal number or an expression"
 
-# Each case: the old text, the new text, and the beginning of the message after the name of the
-# file.
+# For each case: the text to be replaced, its replacement, and the beginning of the message after
+# the name of the file.
 BICYCLES = [
     # Entries that are missing, unknown or given twice
     ('w = "1.02"\n', "", "parameters: found no entry 'w', expected one (wheel base)"),

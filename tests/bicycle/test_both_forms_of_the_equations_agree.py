@@ -22,7 +22,7 @@ def test_rates_of_the_angles_and_of_the_spin(seed):
     few, reg = few_products(k, a, few_product_state(k, a, state)), regular(k, a, state)
     scale = max(abs(x) for x in reg)
     for i in (0, 1, 2, 5):
-        # The values have 50 digits, less some for cancellation and for the division by a small
+        # The values have 50 digits, less a few for cancellation and for the division by a small
         # mechanical trail.
         assert abs(few[i] - reg[i]) < scale * a.context.mpf("1e-46")
 

@@ -27,7 +27,7 @@ from heyoka_bike.numbers.exact import Exact
 from support.two_models import ANGLES, PLACE
 
 N = len(COORDINATES)
-# The values have 400 bits, less some for cancellation and for a small mechanical trail.
+# The values have 400 bits, less a few for cancellation and for a small mechanical trail.
 TOLERANCE = flint.arb("1e-60")
 
 

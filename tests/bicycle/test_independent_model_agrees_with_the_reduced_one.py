@@ -31,7 +31,7 @@ from support.two_models import (
 
 BENCHMARK = read_bicycle(benchmark_bicycle())
 DIGITS = 80
-# The values have 80 digits, less some for cancellation and for a small mechanical trail.
+# The values have 80 digits, less a few for cancellation and for a small mechanical trail.
 TOLERANCE = "1e-60"
 BALLS = Balls(400)
 ORACLE_BALLS = vectors.Balls(100)

@@ -125,7 +125,7 @@ def test_accelerations_are_derivatives_and_energy_is_conserved(state: State) -> 
 
 @pytest.mark.parametrize("state", STATES, ids=lambda s: f"roll {float(s.roll)}")
 def test_joints_and_floor_do_no_work(state: State) -> None:
-    # The powers that cancel are some hundred watts each.
+    # The powers that cancel are a few hundred watts each.
     assert abs(motion(state).power_residual) < flint.arb("1e-65")
 
 

@@ -126,7 +126,8 @@ def start_misses(motion: Motion, maneuver: int) -> dict[str, Any]:
         # These values were printed with 13 decimals from binary64 computations. Inputs and outputs
         # agree with each other to this accuracy.
         pytest.param(PRINTED, 20, "2e-12", id="as printed"),
-        # In this case the same state was made consistent, with at least 24 decimals.
+        # In this case the printed state was corrected so that it satisfies the constraints, to at
+        # least 24 decimals.
         pytest.param(CONSISTENT, 16, "1e-22", id="consistent"),
     ],
 )

@@ -107,8 +107,8 @@ def test_rates_are_those_of_neighbouring_states(table, neighbours):
         change = (after[name] - before[name]) / moment
         np.testing.assert_allclose(change, table[rate], rtol=1e-6, atol=1e-6, err_msg=name)
     energy = (after["mechanical_energy"] - before["mechanical_energy"]) / moment
-    # The states lie on a straight line in time, so only h^2 times a third derivative of 1e5
-    # remains.
+    # The states are linear functions of time. So the only error is that of the difference quotient:
+    # h^2 times a third derivative of 1e5.
     np.testing.assert_allclose(energy, 0, atol=1e-5)
 
 

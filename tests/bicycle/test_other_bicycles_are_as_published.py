@@ -79,7 +79,8 @@ def test_matrices_of_the_stratos_are_what_its_rounded_parameters_allow():
             for found, texts in zip(rows, printed[matrix], strict=True):
                 for x, number in zip(found, texts, strict=True):
                     assert x.contains(exact_ball(Fraction(number)).mid())
-                    # The ball is narrow, so it is no accident that it contains the printed number.
+                    # The ball must be narrow: a wide ball would contain the printed number in any
+                    # case.
                     assert x.rad() < largest / 200
 
 

@@ -31,8 +31,8 @@ def _velocity(k, a, state, form):
     o, u = unfold(k, a, state, is_regular=form is regular)
     yaw = state[6]
     s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
-    # The hub moves with velocity v along the heading and with r p along the axle, which rises as
-    # the bicycle leans.
+    # The hub moves with velocity v along the heading, and with r p along the axle. The axle tilts
+    # as the bicycle leans.
     ahead, aside = k.length * u.v, k.length * k.rear.r * u.p
     contact = k.length * (u.v + k.rear.r * u.nu)
     return {

@@ -70,7 +70,7 @@ def test_all_bodies_start_about_the_line_of_the_contact_points(bicycle, maneuver
 def test_the_integration_itself_keeps_the_energy():
     for run in read_candidate(reference_folder()):
         drift = evaluator(run, run.bits + 64).drift()
-        # The drift of eq. (1) of the benchmark [%] corresponds to some 230 bits.
+        # The drift of eq. (1) of the benchmark [%] corresponds to about 230 bits.
         assert 0 < drift.performance < 1e-69
         assert drift.contact < 1e-72
 

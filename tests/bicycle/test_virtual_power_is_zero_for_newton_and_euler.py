@@ -23,7 +23,7 @@ BENCHMARK = read_bicycle(benchmark_bicycle())
 OTHER = BENCHMARK.replace(IBxz=Exact(Fraction(-3)), IHxz=Exact(Fraction(1, 100)))
 DIGITS = 60
 NUMBER = Balls(DIGITS)
-# The oracle's pitch has 60 digits. The forces are below 1e4 N.
+# The pitch of the independent model has 60 digits, and forces below 1e4 N multiply its error.
 TOLERANCE = "1e-50"
 
 

@@ -62,7 +62,8 @@ def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, cap
 @pytest.mark.proof
 @pytest.mark.parametrize("level", LEVELS, ids=lambda x: x.name)
 def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
-    # In this table, the columns of this level and of all later levels are wrong.
+    # In this table, the columns of one level (a group of quantities) and of all later levels are
+    # wrong.
     wrong = {c.name for x in LEVELS[LEVELS.index(level) :] for c in x.columns[:2]}
     table = {n: x + (n.split(" ")[0] in wrong) for n, x in exact.items()}
     assert main(["check", written(tmp_path / "a.csv", table), "--format", "json"]) == 3

@@ -305,7 +305,7 @@ def limited(shell, name, output):
     )  # fmt: skip
 
 
-# The formats are one with two files that belong together, and one that a library writes.
+# Test one format that consists of two files, and one format that a library writes.
 @pytest.mark.parametrize("name", ["c", "netcdf"])
 def test_a_file_that_may_not_grow_leaves_the_old_ones(name, tmp_path):
     selection = [tmp_path / f"selection{suffix}" for suffix in FILES[name]]

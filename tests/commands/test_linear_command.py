@@ -16,7 +16,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.system.resources import benchmark_bicycle
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d+(?:e[+-]?\d+)?(?![\w.])")
-# A bicycle of two point masses on skates, with the heavy one ahead of the front contact point.
+# A bicycle of two point masses on skates. The heavy mass is ahead of the front contact point.
 STABLE = dict.fromkeys(("mR", "IRxx", "IRyy", "mF", "IFxx", "IFyy"), "0")
 STABLE |= dict.fromkeys((f"I{body}{ij}" for body in "BH" for ij in ("xx", "yy", "zz", "xz")), "0")
 STABLE |= {"w": "1", "c": "-0.02", "lam": "-pi/36", "rR": "0.1", "rF": "0.1"}

@@ -175,8 +175,8 @@ def judged(entry, report):
     named = [f for f in report.diagnosis if f.code in NAMES_A_CAUSE]
     others = [f for f in (*report.diagnosis, *report.findings) if f.code not in NAMES_NOTHING]
     told = [f.message for f in named[:1] or others]
-    # An answer that names more mistakes than the program has is wrong, because one mistake may
-    # cancel another.
+    # An answer that names more mistakes than the program has counts as wrong, because the surplus
+    # mistakes may cancel each other.
     made = 2 if ", " in answer or "several" in answer else 1
     is_surplus = any(len(f.evidence.get("mistakes", ())) > made for f in named[:1])
     if not is_surplus and any(

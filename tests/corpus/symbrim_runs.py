@@ -257,8 +257,8 @@ _MISTAKES: tuple[tuple[str, str, str, Setup], ...] = (
     ("roll-rate-from-degrees", "roll rate taken as degrees",
      "roll rate converted from degrees although it is in radians",
      _start_with(roll=lambda _, r: np.deg2rad(r))),
-    # The motion is the mirror image of the correct one. No file can distinguish this mistake from
-    # the convention of axes that point to the left.
+    # The motion is the mirror image of the correct motion. No file can distinguish this mistake
+    # from the convention of axes that point to the left.
     ("roll-rate-sign", "convention",
      "roll rate to the left", _start_with(roll=lambda _, r: -r)),
     ("steer-rate-at-start", "steer rate at the start",

@@ -189,7 +189,8 @@ def disagreements(judged, found, line):
     for at, c in theirs.items():
         si = DEFINITIONS[at[1]][0].unit
         if units.get(at, si) not in UNITS[si]:
-            # The heading states a unit, but the checker does not read headings.
+            # The heading states a unit other than the SI unit. The checker does not read headings,
+            # so it cannot convert the values.
             continue
         mine = found.get(at)
         if mine is None:
@@ -212,7 +213,8 @@ def disagreements(judged, found, line):
             yield f"{at}: grade {mine.grade}, score {c.grade:d}"
     for at in found.keys() - theirs.keys():
         yield f"{at}: too many"
-    # Compare the text before the verdict, and the reason for a verdict that is contradictory.
+    # Compare two lists in the verdicts: the columns whose definition the verdict asks for, and the
+    # columns with contradictory signs.
     are_all_read = all(
         units.get(at, "") in ("", *UNITS[DEFINITIONS[at[1]][0].unit]) for at in units
     )

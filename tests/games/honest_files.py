@@ -285,7 +285,7 @@ def _add_error(random, part, size):
             "potential_energy", "kinetic_energy", "mechanical_energy"}  # fmt: skip
     for key in part.hi:
         if key not in done:
-            # The speed also varies little, like an energy: see the maneuvers of data/results.
+            # Like an energy, the speed varies little, as the maneuvers in data/results show.
             is_speed = key == "forward_speed"
             moves = np.ptp(part.hi[key]) if is_speed else scale(part.maneuver, key)
             part.add(key, size * moves * f)
@@ -348,20 +348,20 @@ def known(honest, said):
                 e -= (_TURN * np.rint(e / _TURN)).astype(float)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
             if p.lo[k].any():
-                # Trailing zeros of long numbers are not written, so the number of digits is known
-                # only to within one.
+                # Trailing zeros of long numbers are not written, so the number of written digits is
+                # known only to within one digit.
                 half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
             else:
                 half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
             if p.is_rounded and np.ptp(p.hi[k]) == 0:
-                # The number of digits of a constant column follows from the other columns, and only
-                # to within one.
+                # The number of digits of a constant column is inferred from the other columns, and
+                # may be wrong by one digit.
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:
                 # The zero follows from the first potential energy and is known only as well as that
-                # value. That value is rounded in joules, with the zero added, and in the unit of
-                # the file.
+                # value. That value is rounded twice: in joules, with the zero added, and in the
+                # unit of the file.
                 v = "potential_energy" if "potential_energy" in p.hi else k
                 half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
                 first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]

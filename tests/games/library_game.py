@@ -24,7 +24,7 @@ from games.library_writers import WRITERS, packed
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
 
-# Fraction of a column's size by which two correct ways of arithmetic, or a text with 15 digits, may
+# Fraction of a column's size by which two correct computations, or a text with 15 digits, may
 # differ.
 _ARITHMETIC = 1e-12
 # Suffixes of source files that are run by other programs, Octave and R.

@@ -37,8 +37,8 @@ SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
 # Fraction of the drawn files that are written to disk and read back.
 WRITTEN = {"wrong": 0.12, "honest": 0.4}
-# Difference in digits between two correct ways of arithmetic: unit conversions turn an error of one
-# unit in the last place into one or two units.
+# Difference in digits between two correct computations: unit conversions turn an error of one unit
+# in the last place into one or two units.
 _ARITHMETIC = 0.1
 # [s] Rows cover the run if neighbouring rows are at most this far apart.
 MOST_APART = 0.25
@@ -206,7 +206,8 @@ def _fulfilled(parts, true, honest):
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:
-            # A constant energy of any size would meet this requirement, so it is no fault.
+            # The zero of this energy is unknown. Any constant energy would then meet the
+            # requirement, so it is no fault if `score` does not count this energy.
             continue
         if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
             found.append(f"{n}.performance < 1e-3")

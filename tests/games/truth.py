@@ -13,7 +13,7 @@ from games.files import EIGHT, END, UNITS, names, references, scale, truth
 from heyoka_bike.numbers.double import two_sum
 
 PI = np.longdouble("3.14159265358979323846264338327950288")
-# For each SI unit: the units that a file may use, and their number in one SI unit.
+# For each SI unit: the units that a file may use, and how many of each make one SI unit.
 _DEGREES = 180 / PI
 _ONE = np.longdouble(1)
 _FACTORS = {

@@ -46,8 +46,8 @@ def vehicle_headings(random, part):
         names = VEHICLES.get(key, (key,))
         names = names[:1] if "pitch" in part.hi else names
         name = str(random.choice(names))
-        # Without a mechanical energy, a column T may be a torque or a temperature, and is rejected.
-        # So the other name is used.
+        # T is the kinetic energy. In a file without a mechanical energy, a column T could also be a
+        # torque or a temperature, and is rejected. Then use the other name of the kinetic energy.
         is_told = "mechanical_energy" in part.hi
         found.append((part, key, names[-1] if name == "T" and not is_told else name))
     return [found[i] for i in random.permutation(len(found))]

@@ -862,7 +862,8 @@ def rows_dropped(random):
     return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
-# In this file, the existing values are right. Nothing is known about the missing ones.
+# In this kind of file, the values that are present are right. Nothing is known about the values
+# that are missing.
 
 
 def columns_missing(random):

@@ -26,7 +26,8 @@ from heyoka_bike.system.resources import benchmark_bicycle
 
 NAMES = [c.name for c in COLUMNS]
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-# Two programs cannot be distinguished if they differ by less than this multiple of the error.
+# Two programs cannot be distinguished if they differ by less than this multiple of the error that
+# is added to their results.
 SEEN = 3.0
 
 

@@ -103,8 +103,8 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert not event.is_single
     assert holds(event.time, Fraction(1, 2))
     # With a certificate, the radius is the width of the region where t (t - 1/2)^2 is below the
-    # bound, plus the error of bisection. Without one, it is the width of the region where t (t -
-    # 1/2)^2 is below the last bits of the balls.
+    # bound, plus the error of bisection. Without a certificate, it is the width of the region where
+    # t (t - 1/2)^2 is below the last bits of the balls.
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 
@@ -247,8 +247,8 @@ def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
     roots.append(roots[0] + Fraction(1, 10 ** rng.randrange(5, 12)))
     if seed % 3 == 0:
         roots.append(Fraction(rng.randrange(1, 3)))
-    # Adding this constant separates or joins close roots, by about the size of the gap between
-    # them.
+    # Add a constant of about the size of the gaps between close roots, which separates or joins
+    # these roots.
     shift = Fraction(rng.randrange(-100, 100), 10 ** rng.randrange(8, 24))
     run = made(bicycle, maneuvers[0], roots, breaks=(0, 1, 2, 3), shift=shift)
     p = polynomial(1)

@@ -62,7 +62,7 @@ def test_a_ball_around_an_exact_value_decides_only_what_it_does_not_reach() -> N
     with pytest.raises(UndecidedError, match=r"round it to hi \+ lo"):
         hi_lo(ball(Fraction(4), TINY), "x")
     assert hi_lo(Enclosure.of(Fraction(4)), "x") == (4, 0)
-    # Exactly halfway between two numbers: rounded to even.
+    # A value exactly halfway between two numbers is rounded to the even number.
     assert hi_lo(Enclosure.of(TIE), "x") == (1, 2.0**-53)
 
 

@@ -262,7 +262,8 @@ class RandomField:
             for x in row:
                 below = {i: max(below.get(i, 0), x.below.get(i, 0)) for i in below | x.below}
             tops = [self.over(x, below) for x in row]
-            # A determinant is at most the product of the sums over its rows.
+            # A determinant is at most the product, over its rows, of the sum of the magnitudes in
+            # the row.
             bits = max(top.bits for top in tops) + len(row).bit_length()
             size *= Size(max(top.degree for top in tops), bits)
         place = self._divisor(size if pure else size**2)

@@ -119,8 +119,8 @@ class _Expansion:
         """Append as many coefficients by a Newton step as the Jacobian's length allows."""
         n = len(known[0])
         length = min(n + len(jacobian) + 1, self.order + 1)
-        # The derivative p' has no terms from s^(n-1) on. There the terms of f(p) - p' are those of
-        # f(p).
+        # The derivative p' has no terms of order n - 1 or higher. So in these orders, the terms of
+        # f(p) - p' are those of f(p).
         defect = self._rates(known, length - 1)
         added: list[flint.arb_mat] = []
         for power in range(n, length):

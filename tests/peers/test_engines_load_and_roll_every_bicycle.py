@@ -90,8 +90,8 @@ def test_every_bicycle(name, maneuvers, tmp_path):
         right_roll, right_steer, largest = right
         error = np.abs([roll - right_roll, steer - right_steer]) / largest
         print(f"{name} {other}: roll and steer angle off by {error} of their largest values")
-        # Contact fails for wheels with a mass of a milligram or the size of a coin, so such
-        # bicycles are not tested.
+        # The engines cannot compute contact for wheels with a mass of a milligram or the size of a
+        # coin, so such bicycles are not tested.
         if min(float(bicycle[x]) for x in ("mR", "mF")) > LEAST_MASS and (
             min(float(bicycle[x]) for x in ("rR", "rF")) > LEAST_RADIUS
         ):

@@ -24,7 +24,8 @@ STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 # of the matrix.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
-# Larger limits for two levels. Solving their 15 equations with masses from 2 to 94 kg rounds more.
+# Larger limits for two groups of quantities. Solving their 15 equations with masses from 2 to 94 kg
+# causes more roundoff.
 SOLVED = {"accelerations": 1e-12, "forces": 2e-12}
 
 

@@ -184,8 +184,8 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
         ("b", "H2", "this"),
     ):  # fmt: skip
         assert again.line(name, asked, made_of) is None
-    # Runs of the benchmark from a different machine are not reused. The extended runs name the
-    # machine that made them.
+    # Runs of the benchmark on a different machine are not reused. The runs of the harder tier state
+    # the machine on which they were made.
     elsewhere = measured.Document.of(path, "elsewhere", [])
     assert elsewhere.line("a", "H1", "this") is elsewhere.line("b", "H4", "this") is None
     assert elsewhere.content["harder"]["machine"] == "here"

@@ -375,8 +375,9 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     largest = said(page["cycle"], "largest roll angle [rad]")
     assert np.abs(np.abs(np.abs(roll) - largest) - distance[time < 10]).max() < 1e-13
     period = said(page["cycle"], "period [s]")
-    # In these rows the other modes have decayed, and the distance is well above rounding. So each
-    # distance is the previous one times the multiplier of half a period, to 0.1 %.
+    # In these rows the other modes have decayed, and the distance is well above the rounding
+    # errors. So each distance is the previous distance times the multiplier of half a period, to
+    # 0.1 %.
     settled = (distance < 1e-6) & (distance > 1e-11)
     assert settled.sum() > 40
     half = said(page["cycle"], "half-period multiplier 1")
@@ -384,7 +385,8 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     assert np.abs(ratio / -half - 1).max() < 1e-3
     (start, end), (first, last) = line.get_data()
     floquet = said(page["cycle"], "Floquet multiplier 1")
-    # The line has errors of 0.1 % at both ends. They are spread over 23 periods.
+    # The line has errors of 0.1 % at its two ends, and it spans 23 periods. So the error of the
+    # factor per period is below 1e-4.
     assert (last / first) ** (period / (end - start)) == pytest.approx(floquet, rel=1e-4)
     on_line = first * (last / first) ** ((time[settled] - start) / (end - start))
     assert np.abs(on_line / distance[settled] - 1).max() < 1e-3

@@ -39,7 +39,7 @@ def findings_read(text):
                 names |= {
                     x.id for t in node.targets for x in ast.walk(t) if isinstance(x, ast.Name)
                 }
-        # A call is that of a method of evidence, and not a field of a finding.
+        # An attribute that is called is a method of evidence, not a field of a finding.
         called = {id(node.func) for node in scope if isinstance(node, ast.Call)}
         for node in scope:
             if isinstance(node, ast.Attribute) and node.attr in WORDS and id(node) not in called:

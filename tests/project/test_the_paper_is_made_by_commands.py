@@ -37,8 +37,8 @@ NAMES = (
 _FORMULA = re.compile(r"\$\$.*?\$\$|\$[^$]+\$", re.DOTALL)
 _IN_FORMULAS = {"0", "1", "2", "100"}
 _SYMBOLS = re.compile(r"_\{?\d+\}?")  # indices, and the base of a logarithm
-# Spelled numbers, which a placeholder must give. Only two kinds are allowed: numbers up to four for
-# things that are listed next to them, and a thousandth, which is defined.
+# Numbers written as words, which must come from placeholders. Only two kinds may be written:
+# numbers up to four that count things listed next to them, and "thousandth", which is defined.
 _SPELLED = re.compile(
     r"\b(five|six|seven|eight|nine|ten|eleven|twelve|dozen|\w+teen|twenty|\w+ty-\w+|thirty|forty"
     r"|fifty|sixty|seventy|eighty|ninety|hundred|thousand|million|billion|half)s?\b",

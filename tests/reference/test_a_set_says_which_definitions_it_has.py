@@ -199,7 +199,7 @@ import sys
 from dataclasses import replace
 from heyoka_bike.bicycle import aliases, columns
 
-# As if this version had one definition more, and a quantity of its own.
+# Pretend that this version has two additional definitions, and an additional quantity.
 speed = columns.DEFINITIONS["forward_speed"][1]
 angle = replace(columns.DEFINITIONS["roll_angle"][1], definition="new")
 height = replace(columns.COLUMNS[3], key="height")

@@ -391,8 +391,8 @@ def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published):
 def test_a_damage_is_refused_in_one_line(check, published, name):
     damage, expected = DAMAGES[name]
     damage(published)
-    # ANY_INPUTS allows inputs that differ from the benchmark's, so the checker must reject the
-    # damaged part of the file.
+    # ANY_INPUTS allows inputs that differ from the benchmark's. So the checker cannot reject the
+    # file because of its inputs, but must find the damage.
     code, _, err = check(published, *ANY_INPUTS)
     assert code == 3
     assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err

@@ -187,7 +187,8 @@ def test_every_column_agrees_within_both_bounds(case: Case) -> None:
     times = case.times
     assert times == [Fraction(i) for i in range(len(case.rows))]
     assert disagreements(case.other, case.published, times) == []
-    # The enclosures must be narrow. Very wide ones would overlap in any case and prove nothing.
+    # The enclosures must be narrow. Very wide enclosures would overlap in any case and prove
+    # nothing.
     for row in case.other.columns(times):
         for name, x in row.items():
             scale = float(abs(case.values.rows.hi[name]).max())
@@ -218,8 +219,8 @@ def test_a_state_off_by_1e_20_has_a_bound_that_says_so(case: Case) -> None:
     wrong = moved(cut.run, 3, 0, Fraction(1, 10**20))
     bound = enclose(wrong)
     assert Fraction(1, 10**20) < bound.worst < Fraction(1, 10**17)
-    # The wrong run has a bound of its own, which is correct. With this bound it does not contradict
-    # the published run.
+    # The bound of the wrong run allows for the error of this run. So within this bound it does not
+    # contradict the published run.
     assert disagreements(Certified(wrong, bound), case.published, cut.middles()) == []
 
 

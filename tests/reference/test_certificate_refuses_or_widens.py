@@ -72,8 +72,8 @@ def test_a_piece_cut_to_degree_19(run, sound):
     def cut(rows):
         rows[:] = [row[:20] for row in rows]
 
-    # Here heyoka's order is 42, and the terms of order 20 and higher carry about half of the
-    # digits.
+    # heyoka's order is 42 here. The cut removes the terms of order 20 and higher, which carry about
+    # half of the digits.
     bound = float(enclose(damaged(run, 2, cut)).worst)
     lost = max(abs(c) for row in run.pieces[2] for c in row[20:]) / 2**run.grid
     assert bound > lost > 1e6 * sound

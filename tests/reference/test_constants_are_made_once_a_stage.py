@@ -46,6 +46,7 @@ def test_however_many_pieces_there_are(candidate, made):
         )  # fmt: skip
         found.append(stages(part, made))
     assert found[0] == found[1]
-    # Number of uses in each stage: first circles, matrices and defects; then circles and integrals;
-    # then circles and series.
+    # Number of computations up to the end of each stage. The stages compute the constants for
+    # circles, matrices and defects (3 computations), for circles and integrals (2), and for circles
+    # and series (2).
     assert found[0] == [3, 5, 7]

@@ -181,8 +181,8 @@ def larger(by):
     return lambda word: str(Decimal(word) + Decimal(by))
 
 
-# Changes of the text's last line in the three pieces, whose columns 17 to 24 are those of maneuver
-# 3. The bound of speeds is 0.3 times that of the other columns.
+# Changes of the last line of the text up to the end of the three pieces. Its columns 17 to 24 are
+# those of maneuver 3. The bound of speeds is 0.3 times the bound of the other columns.
 CHANGES = {
     "its time": lambda line: with_word(line, 0, larger("0.01")),
     "the roll angle": lambda line: with_word(line, 17, larger("2e-14")),

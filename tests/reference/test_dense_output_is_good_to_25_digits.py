@@ -33,8 +33,8 @@ def test_every_column_at_random_times(reference, long_run, number):
                 scale = np.abs(maneuver.rows.hi[name]).max()
                 found = flint.arb(float(values.hi[name][i])) + float(values.lo[name][i])
                 error = abs(found - truth[name])
-                # The documentation promises 25 digits. The times are pairs hi + lo, which give 32
-                # digits of 10 s.
+                # The documentation promises 25 digits. The times are pairs hi + lo with 32 digits,
+                # so they do not limit the accuracy.
                 assert error < scale * 1e-25, (name, float(t))
 
 

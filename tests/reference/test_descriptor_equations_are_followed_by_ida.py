@@ -83,7 +83,7 @@ def right(bicycle):
 
 def agree(found, right):
     for values, expected in zip(found, right, strict=True):
-        # The values result from some hundred operations. The limit is 1e4 units of roundoff of the
+        # The values result from a few hundred operations. The limit is 1e4 units of roundoff of the
         # largest value.
         assert np.abs(np.ravel(values) - expected).max() < 1e-12 * np.abs(expected).max()
 
@@ -123,11 +123,10 @@ def test_ida_follows_them(index, digits, number, python_equations, reference):
     start, rates = (
         np.array(getattr(b, f"descriptor_{x}_{number}")()) for x in ("start", "start_rates")
     )
-    # The residual of the initial state is in N and m/s^2. It is the sum of forces of some hundred
-    # N.
+    # The residual of the initial state is in N and m/s^2. It is a sum of forces of a few hundred N.
     assert np.abs(residual(0.0, start, rates)).max() < 1e-10
-    # The tolerance does not apply to forces. At index 3 it does not apply to rates either. Their
-    # errors do not decrease with the step as the errors of the coordinates do.
+    # The tolerance does not apply to forces. At index 3 it does not apply to rates either. With
+    # smaller steps, the errors of forces and rates do not decrease as those of the coordinates do.
     tolerances = np.full(SIZE, 1e-14)
     tolerances[2 * COORDINATES if index == 2 else COORDINATES :] = 100
     solver = ida.IDA(

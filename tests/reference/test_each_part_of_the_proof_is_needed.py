@@ -249,7 +249,7 @@ def test_rows_of_a_state_that_is_not_known_well_enough(run: Trajectory) -> None:
     known = round_rows(run, enclose.enclose(run))
     assert not known.undecided
     assert not known.ambiguous
-    # Row 0 and the energy follow from the initial conditions alone, so they are decided.
+    # Row 0 and the energy follow from the initial conditions alone, so their rounding is certain.
     assert rows.undecided.keys() >= {"roll_angle", "forward_speed_com_norm"}
     assert rows.undecided["roll_angle"].tolist() == [*range(1, run.maneuver.rows)]
     assert "mechanical_energy" not in rows.undecided

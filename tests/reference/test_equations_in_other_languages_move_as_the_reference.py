@@ -49,7 +49,7 @@ def test_numbers_and_motion(language, tmp_path, right, reference):
     halves = HALVES[language]
     *found, motion = getattr(equation_programs, f"{language}_numbers")(tmp_path, halves)
     for values, expected in zip(found, right, strict=True):
-        # The values result from some hundred operations. The limit is 1e4 units of roundoff of the
+        # The values result from a few hundred operations. The limit is 1e4 units of roundoff of the
         # largest value.
         assert np.abs(values - expected).max() < 1e-12 * np.abs(expected).max()
     rows = [50 * i for i in range(halves + 1)]
@@ -68,7 +68,7 @@ def test_every_bicycle_has_its_equations(name, tmp_path):
     right = np.array(whole_rates(exact, [a.context.mpf(x) for x in SOMEWHERE]), float)
     found = np.array(module["rates"](0.0, SOMEWHERE))
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
-    # At the start the residuals of both forms are zero. They are sums of forces of some hundred
+    # At the start the residuals of both forms are zero. They are sums of forces of a few hundred
     # newtons.
     start = module["descriptor_start_1"](), module["descriptor_start_rates_1"]()
     for residual in (module["residual_2"], module["residual_3"]):

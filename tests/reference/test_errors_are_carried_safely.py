@@ -125,7 +125,7 @@ def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
     corners = [[rng.choice((-1, 1)) * r for r in frame.radii] for _ in range(20)]
     for s in TIMES:
         from_start = value(y, s) * frame.matrix
-        # For one variable, the worst force at each time is integrated. The rectangle rule has a
+        # Integrate the force that is worst for each variable at each time. The rectangle rule has a
         # relative error below 1/20.
         worst = [flint.arb(0)] * SIZE
         steps = 32

@@ -93,7 +93,7 @@ def test_optimised_c_agrees_to_its_arithmetic(reference, tmp_path, times):
             assert np.max(np.abs(plain - expected_plain[name])) <= ULPS * np.spacing(scale), name
             difference = (hi - expected[name]) + (lo - expected.lo[name])
             assert np.max(np.abs(difference)) <= LAST_BITS * scale, name
-            # hi is the rounded sum. It differs from the expected one only if the sum is nearly
+            # hi is the rounded sum. It differs from the expected number only if the sum is nearly
             # halfway between two numbers.
             assert np.mean(hi == expected[name]) > 0.999, name
 

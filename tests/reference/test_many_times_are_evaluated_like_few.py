@@ -44,8 +44,8 @@ def test_sums_are_those_of_rational_arithmetic():
     for i, row in enumerate(exact):
         for j, value in enumerate(row):
             size = float(np.max(np.abs(c[j])))
-            # The sum has 32 terms, cut at 2^-95 of the largest one, and an argument with an error
-            # of 2^-104.
+            # The sum has two errors: its 32 terms are cut at 2^-95 of the largest term, and its
+            # argument has an error of 2^-104.
             assert abs(Fraction(found[j, i]) + Fraction(rest[j, i]) - value) <= size * 1e-25
             # In plain sums, terms of full size and an argument rounded to 2^-53 cause errors that
             # grow with the square of the degree.

@@ -119,7 +119,7 @@ def test_what_is_not_decided_is_marked_everywhere(circle):
         assert all(token.startswith("0e-") for token in tokens[1:])
     document = json.loads((circle / CERTIFICATE).read_text())
     (said,) = document["maneuvers"]
-    # Number of texts with fewer digits: both rates in all rows except the first.
+    # Number of entries of the text with fewer digits: both rates in all rows except the first.
     short = 2 * (5 - 1)
     assert said["ambiguous"] == sum(map(len, rows.undecided.values())) + short
     assert "not decided" in document["statement"]

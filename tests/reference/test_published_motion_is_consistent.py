@@ -76,8 +76,9 @@ def test_the_floor_carries_weight_and_acceleration(
                 floor[2] -= found[f"{end}_normal_force"]
             floor[2] += weight
             for force, x in zip(floor, acceleration, strict=True):
-                # Dense output is accurate to 1e-27 of 100 m. Two derivatives on segments of at
-                # least 1/16 s amplify this error by 1e6 and by 4 / h^2 = 1e3.
+                # Positions of up to 100 m have an error of 1e-27 of this size in dense output. Two
+                # derivatives on segments of at least 1/16 s amplify this error by 1e6 and by 4 /
+                # h^2 = 1e3.
                 assert abs(force - mass * x) < flint.arb("1e-13")
 
 
@@ -112,7 +113,7 @@ def test_the_replay_agrees(
     for name in ("rear_contact", "front_contact"):
         for i, axis in enumerate("xy"):
             off = getattr(found, name)[:, i] - maneuver[f"{name}_{axis}"]
-            # The roundoff of binary64 adds up over about 1000 steps of up to 80 m.
+            # The roundoff of binary64 adds up over about 1000 steps, at positions of up to 80 m.
             assert np.abs(off).max() < 1e-12, name
     for name in ("rear_wheel", "front_wheel"):
         assert np.abs(getattr(found, name) - maneuver[f"{name}_angle"]).max() < 1e-11

@@ -20,8 +20,8 @@ from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.certificate import compare_certificate
 from heyoka_bike.reference.proof.certify import certify as prove
 
-# The limit for the derivatives is that of the worst column and unknown, whose derivative is tiny.
-# Nearly all others are below 24 x 2^-50.
+# The limit for the derivatives follows from the worst column and unknown, whose derivative is tiny.
+# Nearly all other derivatives have a bound below 24 x 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}
 
 
@@ -218,8 +218,8 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    # Depending on the change, either the segments belong to a different motion, or nothing is
-    # proved.
+    # The message depends on the change: either the segments belong to a different motion, or
+    # nothing is proved.
     said = ("is not certified", "proved", "decide", "breaks of the derivatives")
     assert any(words in error for words in said)
 

@@ -301,7 +301,7 @@ def entry(document):
         (lambda d: entry(d).update(bound_end="1e-99"), "certificate", "bound_end"),
         (lambda d: entry(d).update(steps=7), "certificate", "steps"),
         (lambda d: entry(d).update(entries=7), "certificate", "entries"),
-        # A dataset without undecided entries does not mention any.
+        # A dataset without undecided entries must not mention such entries.
         (lambda d: entry(d).update(ambiguous=1), "schema", "statement"),
         (lambda d: entry(d).update(maneuver="x"), "certificate", "maneuver"),
         (lambda d: entry(d)["dense_relative_bounds"].update(yaw="1.00e-32"), "certificate", "yaw"),

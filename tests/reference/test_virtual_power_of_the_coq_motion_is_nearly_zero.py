@@ -39,9 +39,9 @@ from oracles.virtual_power import Balance, Jet, balance
 from support.coq_program import FORMAL, STATES, Program
 
 BITS = 128
-TERMS = 24  # of the Taylor polynomials in time
-# Parts of a segment, by maneuver. On each part the derivatives with respect to the state are
-# enclosed. Their widths matter most in the widest tube, that of maneuver 1.
+TERMS = 24  # number of terms of the Taylor polynomials in time
+# Number of parts into which a segment is divided, by maneuver. On each part the derivatives with
+# respect to the state are enclosed. Maneuver 1 has the widest tube, so it needs the most parts.
 PARTS = {1: 4, 2: 1, 3: 1}
 NUMBERS = Balls(30)
 BENCHMARK, _ = benchmark()
@@ -49,7 +49,8 @@ README = (FORMAL / "README.md").read_text()
 ROW = re.compile(
     r"^\| ([123]) \|" + r" (\S+) of (\S+) \|" * 3 + r" (\S+) \| (\S+) \|$", re.MULTILINE
 )
-# Bounds of the powers, each with the size of its terms, of the slip and of the height, by maneuver
+# For each maneuver: the bounds on the three powers (each with the size of its terms), the bound on
+# the slip, and the bound on the height.
 STATED = {int(row[0]): [float(x) for x in row[1:]] for row in ROW.findall(README)}
 POWERS = ("roll", "steer", "spin")
 

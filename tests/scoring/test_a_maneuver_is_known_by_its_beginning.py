@@ -16,8 +16,8 @@ from heyoka_bike.scoring.evidence.as_compared import (
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.score import score
 
-# Changes of parameters [SI] that make two wrong programs: a trail of 0.06 m, and a light front
-# wheel.
+# For each of two wrong programs: the change of a parameter [SI]. The first one has a trail of 0.06
+# m, the second one a light front wheel.
 PROGRAMS = ({"c": -0.02}, {"IFxx": -0.07})
 ANGLES = ("roll_angle", "steer_angle")
 RATES = ("roll_rate", "steer_rate")

@@ -101,8 +101,8 @@ def test_odds_are_those_of_the_definition_taken(reference):
     assert found.as_understood.definition == "tait_bryan_xyz"
     assert found.indistinguishable == ()
     odds = {a.definition: a.log10_odds for a in found.alternatives}
-    # Only maneuver 2 gives evidence. Its odds are the cube of the ratio of the difference to the
-    # smallest error that counts.
+    # Only maneuver 2 gives evidence. The odds are the cube of a ratio: the difference between the
+    # two definitions, divided by the smallest error that counts.
     rows = reference[2].rows
     apart = np.sort(abs(rows["roll_angle"] - rows["roll_angle_tait_bryan_xyz"]))[:-10]
     most = 3 * np.log10(np.sqrt(np.mean(apart**2)) / (1e-15 * np.max(abs(rows["roll_angle"]))))

@@ -153,8 +153,8 @@ def test_one_time_in_every_row(reference, called, capsys):
     codes, said = called(capsys, columns)
     assert {*codes} <= {0, 4}
     assert "21 rows repeat the time of another row" in said
-    # Only one row remains, because all rows have the same time. It cannot show which column is
-    # wrong.
+    # Only one row remains, because all rows have the same time. A single row cannot show which
+    # column is wrong.
     assert "Only " not in said
 
 

@@ -99,8 +99,8 @@ BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
     (0.5, {"sum_error": None, "true_error": 1.0}, 1.0, DoesNotCount.NOT_TRUE),
     (0.5, {"sum_error": None, "true_error": 0.9}, 0.5, None),
     (3.0, {"sum_error": None, "true_error": 5.0}, 3.0, None),
-    # If the initial conditions differ from the benchmark's, the change is relative to the energy of
-    # the file.
+    # `start` is the ratio of the file's initial energy to the exact one. The change of the energy
+    # counts relative to the exact energy if only this makes it exceed the limit.
     (0.5, {"start": 3.0}, 1.5, DoesNotCount.ANOTHER_START),
     (0.5, {"start": 2.0}, 1.0, DoesNotCount.ANOTHER_START),
     (0.2, {"start": 3.0}, 0.2, None),

@@ -58,7 +58,7 @@ def test_the_right_subset_is_the_best(changes):
     b = made(changes, 1e-4)
     found = best_subsets(b, len(changes), 3)
     assert tuple(found.members[0]) == tuple(changes)
-    # The noise of 1e-4 is averaged over 12 blocks of 80 rows.
+    # The fit averages the noise of 1e-4 over 12 blocks of 80 rows.
     assert found.changes[0] == pytest.approx(list(changes.values()), abs=3e-5)
     assert found.gains[0] > 30 * found.gains[1] or len(changes) == 2
 
@@ -137,7 +137,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert list(values) == [(symbol, None)]
     got = values[symbol, None]
     assert abs(got.value - value) < 3 * got.uncertain
-    # The fit reduces the error from some tenths to 1e-5, so the fitted value is accurate.
+    # The fit reduces the error from a few tenths to 1e-5, so the fitted value is accurate.
     assert got.uncertain < 1e-3 * abs(value)
     said = said_of(found, score(file, reference))
     assert said[0].code == "parameters"

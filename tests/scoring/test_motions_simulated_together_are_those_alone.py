@@ -11,7 +11,7 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest
 TIME = np.linspace(0.0, 10.0, 101)
 # Initial state of a motion that ends at once.
 ENDING = (1.5, 0.0, 0.0, 5.0, 0.0, 4.0)
-# Initial state of a motion that ends after some tenths of a second.
+# Initial state of a motion that ends after a few tenths of a second.
 FALLING = (0.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 STARTS = [(0.0, 0.0, 0.0, rate, 0.0, speed) for rate, speed in
           ((0.05, 4.0), (0.5, 4.6), (0.05, 8.0), (0.05, 5.0), (0.02, 6.0))]  # fmt: skip

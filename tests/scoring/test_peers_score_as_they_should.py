@@ -134,7 +134,7 @@ TURNED = {
 # Largest error of a second-order method with steps of 0.001 s, relative to the largest value: (h
 # 20/s)^2, because the fastest mode decays at a rate of 20/s. The largest measured error is 8e-5.
 SECOND_ORDER = 4e-4
-FORGOTTEN = 0.1  # [s] after this time (100 steps) an error of the start has decayed
+FORGOTTEN = 0.1  # [s] after this time (100 steps) an error of the initial state has decayed
 
 
 @pytest.fixture(scope="module")

@@ -57,8 +57,8 @@ def test_definitions_signs_units_and_zeros_cost_no_digits(reference, tmp_path):
         run: fewest_digits(File("", run), runs, tmp_path, reference)
         for run in ("symbrim-dop853-1e-12", "exudyn-trapezoidal-0.001", "newton-dop853-1e-12")
     }
-    # A column in a different definition has an error of its own, of about the same size as the
-    # error in the default definition.
+    # The error of a column differs between its definitions, but has about the same size in all of
+    # them. So up to half a digit may be lost.
     lost = {
         f.name: (digits, plain[f.run])
         for f in files(runs.index)

@@ -15,7 +15,8 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 
 # [bytes] limit of the memory for a row of three numbers. It is used for the values, the low part of
-# the time, the line number, and one more column while they are combined. It was 128 bytes once.
+# the time, the line number, and one more column while they are combined. An earlier version needed
+# 128 bytes.
 MOST_OF_A_ROW = 100
 MEASURED = """
 import resource, sys

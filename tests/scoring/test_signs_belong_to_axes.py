@@ -33,8 +33,8 @@ def test_axes_turned_as_vectors_and_turns_are_agree(number):
 def test_a_column_turned_round_alone_contradicts_the_others():
     agreeing = dict.fromkeys(KEYS, 1)
     told = {key: contradictions({**agreeing, key: -1}) for key in KEYS}
-    # The common sign of the components of a quaternion is free. The sign of q0 is tied to the other
-    # components by how many of them are flipped.
+    # The common sign of the components of a quaternion is free. The sign of q0 depends on how many
+    # of the other components are flipped.
     assert [key for key, found in told.items() if not found] == [k for k in KEYS if k in FREE]
     assert all(any(key in c for c in found) for key, found in told.items() if found)
 

@@ -94,8 +94,8 @@ def test_some_columns_that_repeat_are_named_alone(reference):
 
 
 DEPARTURES = {
-    # For each case: the index of the row that is written in each place, and the shift of all later
-    # rows that this causes [s].
+    # For each case: the row that is written in each place, and the shift that this causes in the
+    # times of all later rows [s].
     "a row is left out": (np.r_[:500, 501:1001, 1000], 0.01),
     "a row is written again": (np.r_[:500, 499:1000], -0.01),
 }

@@ -86,8 +86,8 @@ def test_the_clock_of_one_maneuver(scale, shift, reference):
     assert first.evidence["maneuver"] == 3
     assert first.evidence["scale"] == pytest.approx(scale, abs=1e-7)
     assert first.evidence["shift"] == pytest.approx(shift, abs=1e-7)
-    # Clipping puts the first row of the shifted clock at 0 s, like the start. So a remainder may be
-    # reported in addition.
+    # Clipping puts the first row of the shifted clock at 0 s, which is also the time of the start.
+    # So the diagnosis may also report a remainder.
     assert {f.code for f in rest} <= {"remainder"}
 
 

@@ -159,8 +159,8 @@ def test_errors_of_integrators_are_explained_by_nothing(reference, equations, me
     found = causes_of(run, reference, equations)
     assert found.fitted == ()
     assert not likely(found)
-    # With an integrator, the errors of the rates are as large as the errors of their derivatives,
-    # so their ratio `above` is small.
+    # An integrator causes errors of the rates as large as the errors of the rates' derivatives, so
+    # their ratio `above` is small.
     assert found.above < 10
 
 

@@ -30,7 +30,7 @@ for row in (b.rates(0.0, y), *b.jacobian(0.0, y), b.columns(y)):
     print(*row)
 y = b.start_2()
 times = [i / 2 for i in range(HALVES + 1)]
-# Between its steps DOP853 interpolates, to a lower order.
+# Between its steps DOP853 interpolates with a lower order, so limit its steps.
 run = solve_ivp(b.rates, (0, times[-1]), y, "DOP853", times, rtol=1e-13, atol=1e-16, max_step=0.02)
 for at in run.y.T:
     print(*b.columns(at.tolist()))

@@ -27,7 +27,7 @@ from heyoka_bike.workbench.atlas.store import load_atlas
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="no node to run JavaScript with")
 
-# The values result from some hundred operations, some of which are differences. The limit is 1e4
+# The values result from a few hundred operations, some of which are differences. The limit is 1e4
 # units of roundoff.
 ROUNDOFF = 1e-12
 
@@ -150,8 +150,8 @@ def test_maneuvers_are_those_of_the_reference(bicycle, maneuvers, reference):
 
 
 def test_the_edge_of_falling_is_where_it_is(bicycle):
-    # docs/harder-tier.md states the edge at 4.6 m/s: it is between 2.4649114405324323430 and ...06
-    # rad/s.
+    # At 4.6 m/s, the basin boundary lies between the roll rates 2.46491144053243234304 and
+    # 2.46491144053243234306 rad/s (docs/harder-tier.md).
     at = [2.464911, 2.464912]
     assert [m["falls"] for m in followed(bicycle, [start(4.6, w) for w in at])] == [False, True]
 

@@ -65,7 +65,7 @@ def test_rates_and_columns_are_the_models(bicycle, balls, peers):
             o, u = unfold(k, balls, exact, is_regular=False)
             every = columns(k, balls, o, u, *exact[:3], flint.arb(0))
             right_columns = [float(every[c].mid()) for c in BENCHMARK_COLUMNS]
-        # The values result from some hundred operations, some of which are differences. The limit
+        # The values result from a few hundred operations, some of which are differences. The limit
         # is 1e4 units of roundoff of the largest value.
         assert np.abs(rates - right).max() < 1e-12 * np.abs(right).max()
         assert np.allclose(found, right_columns, rtol=1e-13, atol=1e-13)

@@ -84,8 +84,8 @@ def test_files_of_the_games(checker, game, least):
 
 
 CHANGES = [
-    # Each pair replaces a line with a wrong one. The first four: always the default definition, a
-    # wrong degree, a different limit, only one zero.
+    # Each pair replaces a line with a wrong line. The first four wrong lines: always the default
+    # definition, a wrong degree, a different limit, and an ignored offset.
     ("#define UB_EXPECTED 1.6094379124341003", "#define UB_EXPECTED 30.0"),
     ('"degree", 0.017453292519943295', '"degree", 0.0175'),
     ("#define BICYCLE_CLOSE_DIGITS 3.0", "#define BICYCLE_CLOSE_DIGITS 2.4"),

@@ -412,7 +412,8 @@ def test_the_replay_is_that_of_animate(page):
     assert len(Page(page).all("canvas")) == 1
 
 
-# Script that returns the scenes shown for a text, and the text about them, without charts.
+# Script that returns what the replay of the page shows: its scenes with their notes, the list of
+# notes, the number of cells in each row of values, and whether it compares two motions.
 SCENES = """() => {
   const found = scenesBeside(shown, exactly).map(({ scene, notes }) => ({ ...scene, notes }));
   const notes = [...document.querySelectorAll("#moving li")].map((x) => x.textContent);

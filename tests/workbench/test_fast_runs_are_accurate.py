@@ -53,8 +53,8 @@ def test_error_is_below_what_was_asked_for(reference, accuracy):
     found = errors(simulate(accuracy=accuracy), reference)
     assert all(found[name] < accuracy for name in STATE_COLUMNS)
     assert all(found[name] < ENERGY * accuracy for name in BENCHMARK_COLUMNS if "energy" in name)
-    # The run must not be much more accurate than requested. Otherwise the plans would be in the
-    # wrong order.
+    # The run must not be much more accurate than requested, because it would then take longer than
+    # needed.
     assert max(found[name] for name in STATE_COLUMNS) > accuracy / 100
 
 

@@ -49,7 +49,7 @@ def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
     source = module(rates_code(equations)).replace("internal ", "")
     found = called(source, "rates", states, 6)
     right = np.array(equations.rates(list(states)))
-    # The values result from some hundred operations, some of which are differences. The limit is
+    # The values result from a few hundred operations, some of which are differences. The limit is
     # 1e4 units of roundoff of the largest value.
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
     assert np.ptp(found, axis=1).min() > 1e-3

@@ -123,8 +123,8 @@ def constants_of(
         i11 = ixx * c * c - 2 * ixz * s * c + izz * s * s
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
-        # If all mass lies on a line along the axis, i33 and i13 are zero, and zero is used for
-        # their ratio.
+        # If all mass lies on a line parallel to the third axis, i33 and i13 are zero. Their ratio
+        # is undefined then, so use zero.
         on_axis = value_of(zz) == value_of(xz) == 0 and (value_of(xx) == 0 or is_vertical)
         skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(

@@ -162,10 +162,10 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
         plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
     )
     ahead, aside, _ = axes.front_heading
-    # The two horizontal components of the front contact force follow from three consistent
-    # conditions: one along each heading, and one for turning about the rear contact point. The
-    # least-squares solution is exact, because they are consistent; it is regular if any two of them
-    # are independent.
+    # Three conditions determine the two horizontal components of the front contact force: one along
+    # each heading, and one for turning about the rear contact point. The conditions are consistent,
+    # so the least-squares solution satisfies all of them. It is regular if any two conditions are
+    # independent.
     spin = wheel.moment[1] / b.rear.wheel_r
     spin_f = wheel_f.moment[1] / b.front.wheel_r
     rest = force[0] + force_f[0] - spin

@@ -184,8 +184,8 @@ def linear_quantities(
     try:
         roots = quartic.roots(_ROOTS)
     except ValueError:
-        # If roots cannot be separated, for example those of a bicycle without gravity at rest, all
-        # of them are NaN.
+        # If roots cannot be separated, set all of them to NaN. An example is a bicycle at rest
+        # without gravity.
         roots = [flint.acb("nan")] * 4
     # If a box about the real axis contains exactly one root of a real polynomial, the root is real:
     # its imaginary part is exactly zero.

@@ -59,8 +59,8 @@ def regular_rates(
 ) -> list[Number]:
     """Return the rates of the regular form from posture, speeds and roll rate of a state."""
     rates = _dependent_rates(k, a, o, u)
-    # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n. At constant v, p and
-    # steer_rate they change because the frame turns, and because n changes to satisfy (C2).
+    # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n. Even if v, p and steer_rate
+    # are constant, w1 and w3 change: the frame turns, and n changes to satisfy (C2).
     beta_rate = u.q - u.nu
     turn1, turn3 = -(beta_rate * u.w3), beta_rate * u.w1
     _, c1, c3 = lateral_condition(o)
@@ -176,8 +176,9 @@ def _accelerations(
     side = _row(lambda i: a.sum([y_f[i], k.lever3 * w3_f[i], -k.lever1 * w1_f[i]]))
     zeta = _row(lambda i: w3_f[i] + front.skew * w1_f[i])
     eta = _row(lambda i: v_f[i] + shift * q_f[i])
-    # Masses that remain at w1_f and q_f when the squares of side, zeta and eta are split off. Since
-    # w1_f^2 + q_f^2 = w1^2 + q^2, their common part is counted at the rear speeds w1 and q.
+    # Masses that multiply w1_f^2 and q_f^2 after the squares of side, zeta and eta are separated.
+    # Since w1_f^2 + q_f^2 = w1^2 + q^2, the common part `shared` of both masses is counted at the
+    # rear speeds w1 and q.
     shared = front.rest
     q_f_mass = (front.mass_q - shared) - shift * height_f
 

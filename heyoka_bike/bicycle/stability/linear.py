@@ -321,8 +321,8 @@ class _Quartic:
         for x, after in zip(roots, signs[1:], strict=True):
             if before * after < 0:
                 found.append(x)
-            # Between roots that are equal up to rounding the sign is zero: keep the sign before
-            # them.
+            # If two roots are equal up to rounding, the sign of p between them is zero. Then keep
+            # the sign that p has before both roots.
             before = after or before
         return found
 

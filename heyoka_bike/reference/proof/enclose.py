@@ -182,9 +182,9 @@ class Carried:
         size = weighted(forces, weights)
         kappa = flow.size_inverse * flow.defect
         inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
-        # `one` bounds the change of a factor Y(s) Y(c)^-1 if V(c) replaces Y(c)^-1; the size of the
-        # factor is at most `size_y` times `size_inverse`. A product of two factors then changes by
-        # at most twice `one` times that size, plus `one` squared.
+        # `one` bounds the change of a factor Y(s) Y(c)^-1 if V(c) replaces Y(c)^-1. The size of
+        # such a factor is at most `size_y` times `size_inverse`. So a product of two factors
+        # changes by at most twice `one` times this size, plus `one` squared.
         one = self.size_y * flow.size_inverse * flow.eta
         replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
         charge = self.size_y * inside + replaced * size
@@ -227,8 +227,8 @@ def enclose(trajectory: Trajectory, progress: OnTime | None = None) -> Certifica
         bounds.append(_fractions(sup))
         if progress is not None:
             progress(float(trajectory.breaks[i + 1]))
-    # The frame at the end may reach beyond the bound over the last piece, which is valid at its
-    # end, too. So the smaller of the two is used.
+    # The bound over the last piece is also valid at its end, where it may be smaller than the bound
+    # that the frame gives. So use the smaller of the two bounds.
     with working_bits(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
@@ -323,8 +323,8 @@ class Prover:
                 reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
                 if not reach < 0.5:
                     break
-                # Bound on the terms of f beyond the first order in e, by Cauchy's estimate in one
-                # variable along the line through p.
+                # Bound on the terms of f of second and higher order in the error e, by Cauchy's
+                # estimate in one variable along the line through p.
                 beyond = [2 * step * m * reach**2 for m in near.values]
                 forces = [d + m for d, m in zip(delta, beyond, strict=True)]
                 sup, added = carried.bounds(forces)
@@ -392,8 +392,8 @@ class Prover:
             values = equations.rates_with_yaw(duals.variables(piece.samples(a)))
             slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
             rest = step * a.left_out
-            # No rate depends on the yaw, so the last column, the derivatives with respect to it, is
-            # zero.
+            # No rate depends on the yaw. So the last column of the matrix, which contains the
+            # derivatives with respect to the yaw, is zero.
             tail = flint.arb_mat(
                 [[*((rest * f / x).upper() for x in rim.rho[:-1]), 0] for f in rim.values]
             )

@@ -407,8 +407,8 @@ def _solution(
     p, left_over = solution(a, 0 * g[0], g)
     defect = _size(left_over, weights) + _size(g[-1], weights)
     sizes = [_size(x, weights) for x in p]
-    # Terms of the product of a and p whose order is len(a) - 1 or higher. p' has no terms of these
-    # orders.
+    # Bound on the terms of the product of a and p from order len(a) - 1 on. p' has no terms of
+    # these orders, so here the product is the whole defect.
     for j, x in enumerate(a):
         defect += norm(x, weights) * total(sizes[len(a) - 1 - j :])
     defect += norm(tail, weights) * total(sizes)

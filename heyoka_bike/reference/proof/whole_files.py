@@ -48,10 +48,10 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     texts = [text.name for text in layout.text_files(maneuvers)]
     others = {STATES, layout.CERTIFICATE, *describe(manifest), *texts}
     if manifest.dataset_version != manifest_file.CUSTOM:
-        # `certify_after` proves these files.
+        # `certify_after` proves these files. Here it is enough that they are known.
         others |= {*layout.AFTER_FILES}
-    # Only the structure is compared here, and it does not depend on the lengths and texts. The
-    # proof compares the undecided entries later.
+    # Only the structure is compared here, and it does not depend on lengths and texts, so arrays
+    # and texts may be empty. The proof compares the undecided entries later.
     empty = np.empty(0)
     undecided = {c.name + hdf5.UNDECIDED: empty for c in (*COLUMNS, *MOTION_COLUMNS)}
 
@@ -90,7 +90,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
         raise DatasetError(f"{folder}: a file of the dataset cannot be read ({reason})") from None
     for name, other in stated.items():
-        # states.h5 states inputs without maneuvers.
+        # states.h5 states no maneuvers, so compare only the inputs that it states.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:

@@ -399,8 +399,8 @@ def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
         ends = [flint.arb(-1), flint.arb(1)]
         before: list[flint.arb] = []
         for j, (a, b) in enumerate(pairwise(breaks)):
-            # A break between two pieces belongs to the piece on its right. The end of the run
-            # belongs to the last piece.
+            # A break between two pieces belongs to the later piece. The end of the run belongs to
+            # the last piece.
             is_last = j == len(breaks) - 2
             rows = [i for i, t in enumerate(times) if a <= t and (t < b or (is_last and t == b))]
             arguments = [exact_ball((2 * times[i] - a - b) / (b - a)) for i in rows]

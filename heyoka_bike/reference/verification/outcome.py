@@ -142,8 +142,9 @@ class StoredManeuver:
     files: Mapping[str, Any]
 
     # Contents of the files of a maneuver: rows and dense output, the whole motion, the candidate,
-    # its entry in certificate.json, and the stated bounds (the bound over the interval applies to
-    # every piece). Reading one of these attributes raises an error if its file is missing.
+    # its entry in certificate.json, and the stated bounds (every piece gets the bound that is
+    # stated for the whole run). Reading one of these attributes raises an error if its file is
+    # missing.
     reference = _Content[ReferenceManeuver](HDF5)
     motion = _Content[ReferenceManeuver](MOTION)
     run = _Content[Trajectory](CANDIDATE)

@@ -89,7 +89,8 @@ def _paragraph(block: doc.Paragraph, medium: str) -> str:
     text = prose(capital(block.text) if lead else block.text)
     if block.link:
         said, where = block.link
-        # The anchor to which the link leads exists only on a page.
+        # The target of the link exists only on a page. Elsewhere, such as in a notebook, write
+        # plain text.
         is_page = medium == doc.PAGE
         text += "; " + (f'<a href="#{where}">{escape(said)}</a>' if is_page else escape(said))
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
@@ -124,8 +125,8 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
     if medium == doc.PAGE and block.folds:
         return f"<details><summary>{heading}</summary>{inner}</details>"
     content = heading + inner
-    # Sections in a notebook have no anchors, because a notebook may contain two reports with equal
-    # anchors.
+    # Sections in a notebook have no id, because a notebook may contain two reports with the same
+    # ids.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content
 

@@ -36,7 +36,7 @@ from heyoka_bike.showing.wording.grade_text import file_grade
 _MOST_RUNS_SHOWN = 4  # maximum number of runs of a series that are listed, one per line
 _LETTERS_OF_NAMES = 14  # width of the names at the start of lines [characters]
 # Largest number of correct digits that is suggested as a requirement. A correct program in binary64
-# reaches it easily.
+# easily reaches this number.
 _MOST_REQUIRED = 12
 _WIDTH_OF_DIAGNOSIS = 96  # width of a diagnosis [characters]
 _MOST_LINES = 12  # maximum number of lines, not counting empty ones, if no cause is named
@@ -91,7 +91,8 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
 
     If the diagnosis names no cause, remarks beyond twelve lines appear only with `has_details`.
     """
-    # The diagnosis does not contain these findings, so they are listed before it.
+    # The diagnosis does not contain the findings of these classes, so list them before the
+    # diagnosis.
     odd_signs = (SignContradiction, SensesOpposed)
     beside = [
         x

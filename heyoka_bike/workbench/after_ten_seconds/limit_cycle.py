@@ -334,8 +334,8 @@ def _multipliers(
     """Return the eigenvalues of the derivative of the half return map (see the module)."""
 
     def by(i: int, j: int) -> flint.arb:
-        # Derivative of variable i at the mirrored crossing by unknown j. The first term is due to
-        # the change of the crossing time.
+        # Derivative of variable i at the mirrored crossing with respect to unknown j. The first
+        # term is due to the change of the crossing time.
         return rates[i] * flow[_ROLL, j] / rates[_ROLL] - flow[i, j]
 
     matrix = flint.acb_mat(

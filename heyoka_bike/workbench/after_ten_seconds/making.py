@@ -185,7 +185,7 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     bicycle, maneuvers = benchmark()
     cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS_OF_CYCLE)
     lift = first_event(bicycle, maneuvers[2], until=REAR_LIFT)
-    # Not None, because the motion of the benchmark's maneuver ends with a fall.
+    # The event is always found, because the bicycle falls in maneuver 3 of the benchmark.
     assert lift is not None
     rows = ceil(Fraction(float(lift.time)) / maneuvers[2].spacing)
     until = replace(maneuvers[2], duration=rows * maneuvers[2].spacing)

@@ -101,8 +101,8 @@ class Design:
             )
             for row in table
         ]
-        # If all bicycles were the same, their constants would be compiled in. With a second
-        # bicycle, the code reads the constants at run time, so all chunks use the same code.
+        # If all bicycles were the same, their constants would be compiled into the code. With a
+        # second bicycle, the code reads the constants at run time, so all chunks use the same code.
         return [*bicycles, self.bicycle], starts, which.reshape(-1)
 
     def provenance(self) -> dict[str, str]:

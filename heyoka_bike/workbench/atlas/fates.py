@@ -89,8 +89,8 @@ def first_negative(values: Array) -> Array:
         i = np.argmax(is_below, axis=1)
         rows = np.arange(len(values))
         here, ahead = values[rows, i], values[rows, np.maximum(i - 1, 0)]
-        # If the first sample is below zero, no earlier sample allows an interpolation. Then the
-        # first sample is the place.
+        # If the first sample is below zero, there is no earlier sample for an interpolation. Then
+        # return the place of the first sample.
         back = np.where(np.isfinite(ahead) & (ahead > 0), here / (here - ahead), 0.0)
         crossed = np.where(is_below.any(axis=1), i - back, np.nan)
         depth, place = tops(-values)
@@ -202,7 +202,7 @@ SETTLED = 0.01
 """A converging motion has settled once roll and steer stay below this angle [rad]."""
 
 _SECONDS_OF_WINDOW = WINDOW * SPACING
-_FLAT = 0.03  # threshold relative to the square root of the decay, see `_is_straight`
+_FLAT = 0.03  # threshold relative to the square root of the decay; see `_is_straight`
 _WINDOWS_OF_WEAVE = 4  # number of windows over which a weave must repeat itself
 _REPEATS = 1e-3
 _MOST_PEAKS = 8  # maximum number of maxima of the lean in a period
@@ -291,9 +291,9 @@ class _Course:
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
-            # The next window needs the sample before its first one, because a maximum may lie
-            # between them. So keep the sample that is one spacing of the next window before the
-            # end.
+            # The next window needs the sample before its first sample, because a maximum may lie
+            # between the two. So keep the sample that lies one spacing of the next window before
+            # the end of this window.
             then = EARLY_OVERSAMPLING if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
@@ -347,8 +347,8 @@ class _Course:
             times = begin + spacing * (first + after / _FINER)
             found["lift_time"][motions[is_so]] = times[is_so]
             found["lift_wheel"][motions[is_so]] = wheel[is_so]
-            # If the dense samples show no zero, the parabola was wrong. Then search the later
-            # samples.
+            # If the dense samples show no zero, the parabola suggested a zero that does not exist.
+            # Then search the later samples.
             for i, j in zip(some[~is_so], first[~is_so], strict=True):
                 floor[i, : j + 3] = np.inf
             some = some[~is_so]

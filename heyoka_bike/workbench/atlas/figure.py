@@ -174,8 +174,8 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     edge, x, y = atlas.edge, atlas.axes[0].values, atlas.axes[1].values
     if not len(edge.at):
         return
-    # The two sides of the edge are neighbouring binary64 numbers, which cannot be distinguished in
-    # a picture. So draw only one of them.
+    # The two sides of the basin boundary are neighbouring binary64 numbers, which cannot be
+    # distinguished in a picture. So draw only one of them.
     ax.plot(edge.at, edge.stays, zorder=3, **_STYLE_OF_EDGE)
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]

@@ -75,8 +75,8 @@ _LONG_ROWS, _LONG_SECONDS = 1001, 1.0
 _MOTIONS = 4000
 _SECONDS_OF_MOTION = 10.0  # [s]
 _ENSEMBLE_TURNS, _STARTS_COMPARED = 7, 5
-# Ranges of the initial conditions of the benchmark's maneuvers. Within them the motion stays
-# upright.
+# Ranges of the initial conditions of the benchmark's maneuvers. Within these ranges the motion
+# stays upright.
 _RANGE_OF_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
 _SEED = 1
 

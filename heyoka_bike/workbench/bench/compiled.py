@@ -88,8 +88,8 @@ def columns_source(bicycle: Bicycle) -> str:
         {n: t for n, t in used.items() if n not in first}, [x.text for x in results.values()]
     )
     loads = [f"const double {name} = y[{i} * n + r];" for i, name in enumerate(names)]
-    # `ivdep` states that the arrays do not overlap. There are too many of them for a compiler to
-    # check this at run time, so without it the loop would not be vectorised.
+    # `ivdep` states that the arrays do not overlap. There are too many arrays for a compiler to
+    # check this at run time, so without `ivdep` the loop would not be vectorised.
     loop = '_Pragma("GCC ivdep") for (long b = 0, r = start; r < stop; b++, r++) {'
     return "\n".join(
         [

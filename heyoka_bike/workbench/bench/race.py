@@ -196,7 +196,8 @@ class Tuned(TimedCode):
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # All tolerances use the same compiled code, so the building time is that of the first one.
+        # All tolerances use the same compiled code, so the time for building it is measured only
+        # once.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
@@ -224,7 +225,7 @@ class SciPy(TimedCode):
 
 
 class Compiled(TimedCode):
-    """A Runge-Kutta method with right-hand side and columns in C, see `compiled`."""
+    """A Runge-Kutta method with right-hand side and columns in C; see `compiled`."""
 
     @cached_property
     def _peers(self) -> tuple[CompiledPeers, float]:
@@ -372,7 +373,8 @@ _SECONDS, _MIN_RUNS = 3.0, 3
 _WARM = 0.003  # duration of the untimed warm-up runs [s]; a longer run warms up by itself
 _COLD_RUNS = 5
 _BYTES_PAST_CACHES = 64 * 2**20  # [bytes], more than the processor's caches can store
-# Tolerances of the work-precision figure, two per decade, as indices of the grid.
+# Tolerances of the work-precision figure, as indices of the grid of tolerances. There are two per
+# decade.
 _TOLERANCES_SWEPT = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
@@ -442,7 +444,8 @@ def bench(
                     line.status = "left out"
                     continue
                 # Unrolled code and binary128 have the same truncation error as compact code in
-                # binary64. So their trials begin with the tolerance found for the latter.
+                # binary64. So their trials begin with the tolerance found for the compact code in
+                # binary64.
                 is_form = isinstance(line.code, Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
                 if isinstance(line.code, Heyoka) and line.trial is not None and not passed:

@@ -40,8 +40,8 @@ from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.showing.document import Block, Paragraph, TableBlock
 from heyoka_bike.workbench.boxes.box_range import Affines, Function, Side, corner, sign_over, slopes
 
-# Number of guard bits beyond the digits requested. Some hundred operations lose a digit or two, and
-# powers of v lose more.
+# Number of guard bits beyond the digits requested. A few hundred operations lose one or two digits,
+# and powers of v lose more.
 _BITS_OF_RANGES = 64
 _BITS_PER_DIGIT = Fraction(7, 2)
 

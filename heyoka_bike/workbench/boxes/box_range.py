@@ -187,8 +187,8 @@ def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
 def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.arb]:
     """Return the derivatives of a function at a point with respect to each variable."""
     found: Dual = f(Duals(balls).variables(point))
-    # Convert each derivative to a ball: one that is zero by the structure of the formula is an
-    # integer.
+    # Convert each derivative to a ball, because a derivative that is zero by the structure of the
+    # formula is the integer 0.
     return [flint.arb(s) for s in found.slopes]
 
 
@@ -226,8 +226,8 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
             (side[ends[i]], side[ends[i]]) if i in ends else side for i, side in enumerate(sides)
         )
     centre = [_middle(side) for side in sides]
-    # Distance from the middle to the farther end of each side. The middle is rounded, so the two
-    # ends are not equally far.
+    # Distance from the middle to the farther end of each side. The middle is rounded, so the
+    # distances to the two ends differ.
     reach = {i: (sides[i][1] - centre[i]).max(centre[i] - sides[i][0]) for i in rates}
     shares = {i: abs(s) * reach[i] for i, s in rates.items()}
     bounds = [_upper(value), _upper(f(centre) + sum(shares.values()))]

@@ -60,9 +60,9 @@ _LAST_STAGE = len(STAGES)  # index of the evaluation at the end of a step
 _SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0
 _SHORTEST_STEP = 2.0**-30  # [s]
 _FIRST_STEP = 0.1  # [s], first step divided by the root of the tolerance
-# The result of a motion is kept if its relative energy drift is at most the larger of this many
-# tolerances and this roundoff, which are ten times the usual drift. A step over a singularity
-# causes a larger drift.
+# The result of a motion is kept if its relative energy drift is at most the larger of two limits:
+# this multiple of the tolerance, and this roundoff. Each limit is ten times the usual drift. A step
+# over a singularity causes a larger drift.
 _LARGEST_STATE, _ROUNDING = 100.0, 1e-11
 _NAN = float("nan")
 
@@ -93,8 +93,8 @@ def ends_source(equations: Equations) -> str:
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
             now, is_ended = t[0], t[0] >= until
-            # Round the new time first, so that the step is exactly the difference of two times. It
-            # is zero for motions that have reached their end.
+            # Round the new time first, so that the step is exactly the difference of two times. The
+            # step is zero for motions that have reached their end.
             to = (wish[0] >= until - now).choose(until, now + wish[0])
             h = to - now
             for number, row in enumerate(STAGES, start=1):
@@ -102,7 +102,7 @@ def ends_source(equations: Equations) -> str:
                 call_rates(stage, k[number])
             before, x = y.load(), v.fused(h, _slopes(k, STEP), lost.load())
             after.store(before + x)
-            # Compensated summation: the next step adds the rounding error of this one.
+            # Compensated summation: the next step adds the rounding error of this step.
             rests = x - (after.load() - before)
             fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
             both = v.fused(third, 0.01, fifth).at_least(1e-300)

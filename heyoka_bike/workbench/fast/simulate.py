@@ -60,10 +60,10 @@ _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
 _ARGUMENTS_OF_RUN = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
 _LEAST_ROWS, _MOST_ROWS_OF_RUN = 2, 1_000_001
 _RUNS_KEPT = 32  # maximum number of prepared runs in the cache
-# Largest relative drift of the energy, as a number of tolerances and as roundoff; factor by which
-# the tolerance is reduced if the drift is larger; and smallest tolerance. Usually the energy drifts
-# by 0.2 times the tolerance, and by rounding. A step over a singularity changes the energy by a
-# large fraction.
+# The relative drift of the energy may be at most the larger of `_LARGEST_DRIFT` times the tolerance
+# and `_ROUNDING`. If the drift is larger, the tolerance is multiplied by `_SHARPER`, but not below
+# `_LEAST_TOLERANCE`. The usual drift is 0.2 times the tolerance, plus roundoff. A step over a
+# singularity changes the energy by a large fraction.
 _LARGEST_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 

@@ -67,7 +67,8 @@ def collocation() -> Collocation:
     The modes only precondition an iteration; its limit does not depend on them.
     """
     with working_bits(_BITS_OF_NODES):
-        # Radau's points are the zeros of P_8 - P_7, with Legendre polynomials P, moved to 0 to 1.
+        # Radau's points are the zeros of P_8 - P_7, the difference of two Legendre polynomials,
+        # moved from the interval -1 to 1 to the interval 0 to 1.
         difference = flint.fmpq_poly.legendre_p(LANES) - flint.fmpq_poly.legendre_p(LANES - 1)
         roots: Any = difference.complex_roots()
         points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
@@ -266,8 +267,8 @@ _CLOSE = 0.02
 _SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 0.25, 2.5
 _MOST_ERROR = 4.0  # number of tolerances: a step with a larger error is repeated
 _SHORTEST_STEP = 2.0**-30  # [s]
-# Length of the first step, as a factor of the eighth root of the tolerance divided by the fastest
-# rate of the Jacobian.
+# Length of the first step, in units of LANES * tolerance**(1/8) / r, where r is the largest
+# magnitude of an element of the Jacobian.
 _FIRST_PART = 0.25
 _JOINED = 1.01  # stretch a step by at most this factor to avoid a tiny last step
 
@@ -330,11 +331,11 @@ class _Step:
 
     def __init__(self, c: v.Code, tolerance: v.Register) -> None:
         self._code, self._tolerance, self._constants = c, tolerance, collocation()
-        # Matrix that converts residuals at the points to the right sides of the linear systems in
-        # modes, for a step of length 1.
+        # Matrix that converts residuals at the points to the right-hand sides of the linear systems
+        # of the modes, for a step of length 1.
         self._from_rest = self._constants.to_modes @ np.linalg.inv(self._constants.integral)
         # Memory for the states at the points, the increments since the beginning of the step, the
-        # derivatives, the right sides in modes, and the series.
+        # derivatives, the right-hand sides for the modes, and the series.
         self._y, self._z, self._f, self._right, self.series = (c.memory() for _ in range(5))
         self.state, self.lost, self.zeroth = (c.memory(kind=v.ONE) for _ in range(3))
         self.wish = c.variable(0.0)
@@ -347,7 +348,7 @@ class _Step:
         """
         values = self.state.load()
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
-        # Divide by the increments that remain after rounding, not by the intended ones.
+        # Divide by the increments that remain after rounding, not by the intended increments.
         units = (values + units) - values
         places = [self._code.vector(x) for x in np.eye(v.STATE_SIZE, v.LANES, 1)]
         self._y.store(v.fused(units, places, values))
@@ -402,7 +403,8 @@ class _Step:
         """Return true if a step is accurate enough, and choose the length of the next step."""
         self.series.store(v.products(self._constants.series, self._z))
         error = _largest(_last(self.series))
-        # A sum is NaN if any of its terms is NaN, but a maximum ignores NaN.
+        # Use a sum to detect NaN: a sum is NaN if any of its terms is NaN, but a maximum ignores
+        # NaN.
         total = sum(_last(self._z), error)
         is_number = total <= total
         change = v.eighth_root(self._tolerance / error) * _SAFETY
@@ -420,7 +422,7 @@ class _Step:
         signs = self._code.vector([1.0, -1.0] * (v.LANES // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])
-        # Compensated summation: the next step adds the rounding error of this one.
+        # Compensated summation: the next step adds the rounding error of this step.
         x = _last(self._z) + self.lost.load()
         after = before + x
         added = after - before

@@ -31,8 +31,7 @@ _POINTS_OF_BRANCH = 100
 # eigenvalues meet at an end and differ there by the square root of this distance: by 1e-4 of the
 # width of the figure, which is enough to distinguish them.
 _SPEEDS_APART = 1e-8
-# Range of real parts that is shown [1/s]. Only the castering mode leaves this range, and nothing
-# else happens outside.
+# Range of real parts that is shown [1/s]. Outside this range there is only the castering mode.
 _REAL = (-8.5, 8.5)
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}

@@ -192,7 +192,7 @@ _STATIC = {
 # Time after which a client may try again [s]. By then a supervisor has restarted the server.
 _SECONDS_OF_RESTART = 10
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
-# Messages that replace the brief ones of Starlette.
+# Messages that replace Starlette's brief messages.
 _USUAL = {
     "Not Found": "There is no such page.",
     "Method Not Allowed": "This address does not take such a request.",

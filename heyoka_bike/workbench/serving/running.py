@@ -216,8 +216,8 @@ def _hold(folder: str) -> int | None:
     try:
         import fcntl
     except ImportError:
-        # Windows lacks such locks. There a folder may be in use without a lock, so none is ever
-        # removed.
+        # Windows lacks such locks. There a folder may be in use without a lock, so no folder is
+        # ever removed.
         return None
     # Another user may have made a pipe or a link of this name, so open only a real folder.
     found = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

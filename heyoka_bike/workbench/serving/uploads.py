@@ -33,8 +33,8 @@ _MOST_FIELDS = 50
 _LONGEST_OPTION = 10_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
-# Forms are parsed in other threads than the server's event loop. At most two are parsed at a time,
-# because their fields are in memory.
+# Forms are parsed in threads outside of the server's event loop. At most two forms are parsed at a
+# time, because the fields of a form are kept in memory.
 _PARSERS = ThreadPoolExecutor(2, "forms")
 _FORM_FIELD = "form"
 _Fields = Sequence[tuple[str, str]]

@@ -29,17 +29,17 @@ from heyoka_bike.reference.layout import TEXT
 from heyoka_bike.reference.proof.candidate import read_candidate
 
 BITS = 200
-GRID = 80  # Coefficients are integers over 2 to this power,
-RATES = 10  # growth rates over this one,
-TUBE = 140  # the tube over this one,
-ENTRIES = 200  # the sums of squares at the beginning of a block over this one,
-FRAME = 12  # the lower triangle of a frame over this one.
+GRID = 80  # coefficients are integers divided by 2**GRID
+RATES = 10  # growth rates are integers divided by 2**RATES
+TUBE = 140  # the bound of the tube is an integer divided by 2**TUBE
+ENTRIES = 200  # sums of squares at the beginning of a block are integers divided by 2**ENTRIES
+FRAME = 12  # entries below the diagonal of a frame are integers divided by 2**FRAME
 PIECES, LENGTH = 160, Fraction(1, 16)  # [s]
 BLOCK = 32  # pieces that Coq checks in one file
 DEGREE = 18
-SAMPLES = 16  # of the growth rate in a piece
-# Added to the growth rate of squares [1/s], because Coq's intervals are wider. Maneuver 1 needs
-# 0.17.
+SAMPLES = 16  # number of intervals into which samples of the growth rate divide a piece
+# Margin added to the growth rate of squares [1/s], because Coq computes this rate with wider
+# intervals. Maneuver 1 needs a margin of 0.17.
 MARGIN = 0.18
 FRAMES = Path(__file__).with_name("frames.json")
 DATASET = Path(__file__).parents[3] / "reference"

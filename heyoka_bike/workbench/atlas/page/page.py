@@ -87,8 +87,8 @@ class Packed:
     def precision(self) -> float:
         """The largest rounding error of a stored number: absolute, or relative for powers."""
         half = (self.high - self.low) / _LAST_VALUE / 2
-        # Among powers, code 0 stands for zero. So the smallest power has code 1, and its error is a
-        # whole step, not half a step.
+        # On a logarithmic scale, code 0 stands for the value zero. So the smallest power has code
+        # 1, and its error is a whole step, not half a step.
         return float(10 ** (2 * half) - 1) if self.is_log else half
 
     def text(self) -> str:
@@ -201,7 +201,7 @@ _SAID_OF_FATES = {
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
-# Words between a fate and the time at which it was decided, if not ``, settled after``.
+# Words between a fate and the time after which it is known, if not ``, settled after``.
 _WHEN_OF_FATES = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
