@@ -49,25 +49,27 @@ fastest time constant."""
 MOST_SAMPLED = 4001
 """Number of rows per maneuver that suffice to distinguish columns, units and maneuvers."""
 
-# Relative error (in scales) above which the values of a column do not show its quantity.
+# Error, relative to the scale of a column, above which the values do not show the column's
+# quantity.
 MEANINGLESS_ERROR = 0.5
 # Values above this limit are read as NaN, because a product of two of them would overflow, and no
 # program produces them on purpose. Values below the inverse of the limit are read as zero, because
 # their products underflow.
 _LARGEST_VALUE = 1e150
-# Number of these units in a second, by the name of the unit.
+# Units of time that are smaller than a second: how many of them a second has, by name.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 # Units of time that are larger than a second [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
 # Fraction of the reference's duration that the times must span for their unit to be recognised.
 _SHORTEST_RUN = 0.1
-# Distance from the named maneuver, in scales, above which other maneuvers and other orders of the
-# columns are tried.
+# Distance from a maneuver, relative to the scales of the columns, above which other maneuvers and
+# other orders of the columns are tried.
 _FAR_FROM_MANEUVER = 1.0 / CLEARLY
-# Times that begin later than this many durations of the run were read from a clock, so the first of
-# them is subtracted.
+# If times begin later than this many durations of the run, they were read from a clock. Then the
+# first time is subtracted from all of them.
 _LONG_AGO = 1e5
-# Range of the seconds since 1970 in the years 2001 to 2096, and the units in which clocks count.
+# Times of a clock are recognised by this range of the seconds since 1970, the years 2001 to 2096.
+# The second constant lists the units in which clocks count.
 _TODAY = (1e9, 4e9)
 _UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
 

@@ -73,13 +73,14 @@ from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # In likelihoods, an error curve counts as this many independent values. Error curves of programs
 # have about five (the participation ratio of their spectra). With three, wrong claims are rarer
-# than the odds allow, for runs from a quarter of a second to ten seconds, see docs/measures.md.
+# than the odds allow, for runs from a quarter of a second to ten seconds (measured in
+# docs/measures.md).
 _INDEPENDENT_VALUES = 3
 _LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
-# Natural logarithm of the prior odds against rows that are written differently. In one file in a
-# thousand, the first row or a whole maneuver is written differently from the other rows.
+# Natural logarithm of the prior odds that all rows of a column are written in the same way. In one
+# file in a thousand, the first row or a whole maneuver is written differently from the other rows.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# For every this many rows, the typical error leaves out one row: the row with the largest error.
+# The typical error leaves out one row in this many: the rows with the largest errors.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
 NEAR_STEADY = 0.02
@@ -242,7 +243,7 @@ class Sample:
             scale = part.reference.scale(key)
             written = float(median(part.spacing(key, values[good]))) / 2
             self.scale[key] = scale
-            # Resolution of binary64, see `ReferenceManeuver.approximate`.
+            # The second value is the resolution of binary64 (see `ReferenceManeuver.approximate`).
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def start(self, key: str) -> float:
@@ -464,8 +465,8 @@ def _choose(
         row = max((row_assumed, *possible), key=lambda i: table[i].max())
     if float(table[row].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
         row = row_assumed
-    # If the motion is wrong, it is by chance which definition it is nearest to. So differences
-    # below the error of the motion do not count.
+    # A wrong motion is nearest to some definition by chance. So differences below the error of the
+    # motion do not count.
     alike = [Understanding(c, *pairs[row]) for c in columns]
     by_definition = before + np.sum(
         [s.log_likelihoods(key, alike, e) for s, e in zip(samples, errors_of_motion, strict=True)],
@@ -580,15 +581,16 @@ def _with_odds_against_unknown(
     odds = _LOG_ODDS_OF_KNOWN
     of_motion = [_motion_error(s, found) for s in having]
     # A mistake that makes the motion of one maneuver wrong may also change this column in other
-    # maneuvers. An error of 1 means that too few columns show the motion, not that it is wrong.
+    # maneuvers. An error of 1 means that too few columns show the motion, not that the motion is
+    # wrong.
     is_wrong = any(x >= TOLERANCE and x != 1.0 for x in of_motion)
     for s, off_motion in zip(having, of_motion, strict=True):
         if is_wrong or off_motion >= TOLERANCE:
-            # If the motion is wrong or unknown, it does not show the definition.
+            # A wrong or unknown motion does not show the definition of this column.
             continue
         rows = s.error(key, u)
         if len(rows) >= FEWEST_ROWS and roughness(rows).is_white:
-            # Noise is no definition.
+            # An error that is noise does not indicate another definition.
             continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
@@ -668,8 +670,8 @@ def _with_offset(
         min(_motion_error(s, before, ZEROED), _speed_error(s, before), _lateral_error(s, before))
         for s in having
     )
-    # Zeros that programs choose (the height at the start, of the hubs, or of the centre of mass)
-    # are far from the floor.
+    # The zeros of height that programs choose (the height at the start, of the hubs, or of the
+    # centre of mass) are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = (
         is_far and (shows_height or off_by < TOLERANCE) and _has_enough_rows(key, left, having)

@@ -149,12 +149,12 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
 MAX_EXACT_VALUES = 100_000
 """Largest number of values that are always compared in hi + lo, and in one thread."""
 
-# Smallest errors (in scales) for which the binary64 reference, and for which `evaluate_many`, is
-# accurate enough.
+# Smallest errors, relative to the scales of the columns, for which the binary64 reference, and for
+# which `evaluate_many`, is accurate enough.
 _MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_BATCH = 1e-12, 1e-24
 _ROWS_AT_ONCE = 32_768
 # Number of rows that usually suffice to show that a column's values are not multiples of a power of
-# ten. The second value is the maximum number of decimal places of such a power.
+# ten, and maximum number of decimal places of such a power.
 _ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
 # Largest multiple of a power of ten that binary64 can distinguish from other numbers, and largest

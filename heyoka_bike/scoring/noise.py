@@ -15,7 +15,7 @@ FEWEST_ROWS = 50
 
 # `_GAIN` is the factor by which fourth differences of white noise exceed the noise: their weights
 # are 1, -4, 6, -4, 1. `_WHITE` contains their autocorrelations at lags of one and two rows, and
-# `_SCATTER` is the scatter of these.
+# `_SCATTER` is the scatter of these autocorrelations.
 _GAIN = 70**0.5
 _WHITE, _SCATTER = (-0.8, 0.4), 0.1
 

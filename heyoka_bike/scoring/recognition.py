@@ -42,7 +42,7 @@ FASTEST_MODE = 0.05
 conditions, whatever the equations are."""
 
 # Rows are near a maneuver if their relative difference from it, beyond the rounding of their
-# digits, is at most this.
+# digits, is at most this value.
 NEAR = 0.01
 # The first rows have certain initial conditions if their relative difference from these is at most
 # EXACT. They surely have different ones if the difference is at least FAR, because the values then

@@ -38,7 +38,8 @@ from heyoka_bike.scoring.scores import (
 )
 from heyoka_bike.scoring.verdict import meets_limit
 
-# Rounding a correct value once or twice changes it by at most this many times half its last digit.
+# Rounding a correct value once or twice changes it by at most this many times half the unit of its
+# last digit.
 _ROUNDED = 2.0
 
 

@@ -101,8 +101,8 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     return files, numbers
 
 
-# Difference between two successive observed orders of a column above which its order has not
-# settled.
+# Difference between two successive observed orders of convergence of a column, above which its
+# order has not settled.
 _ORDERS_APART = 0.3
 # Errors that fall more slowly than this power of the step or tolerance count as constant.
 _LEAST_EXPONENT = 0.2

@@ -99,8 +99,8 @@ def answers(
     # Report a soft contact only if the program could have made it stiffer with the same step.
     yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
-        # The evidence that follows assumes that a complete search has excluded all other causes.
-        # This search is incomplete.
+        # The evidence further below assumes that a complete search has excluded all other causes,
+        # so an incomplete search does not report it.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))

@@ -24,22 +24,22 @@ from heyoka_bike.scoring.rows.table import floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # Duration of the beginning of a run, in which the bicycle is still nearly in its initial state [s],
-# and minimum number of rows in it after the first row.
+# and minimum number of rows in this time after the first row.
 _BEGINNING, _FEWEST = 0.2, 4
 # An angle's error that grows at least as fast as this power of time does not come from the initial
-# conditions. For rates the limit is one less.
+# conditions. For the error of a rate, the limit is one less.
 _LEAST_POWER = 1.5
 # The effect of a force is assumed to grow at most with this power of the initial speed. Terms of
 # the equations grow with its square, and errors of integrators with a power a few times as high.
 _HIGHEST_POWER = 8
-# The fastest mode makes the power of the time in the error of an angle appear smaller, by up to
-# 1/2, until this mode has decayed. Therefore a power is rounded up if it exceeds an integer by more
-# than 1 minus this value.
+# Until the fastest mode has decayed, it makes the power of time in the error of an angle seem lower
+# by up to 1/2. This value is larger, for a margin: a power is rounded up if its fractional part
+# exceeds 1 - 0.75, so 2.3 counts as 3.
 _LESS = 0.75
-# Highest power of time with which an error is reported to begin. Higher powers are reported as this
-# one.
+# At first, the error of an angle grows like a power of time. Powers above this one are reported as
+# this one.
 _HIGHEST_REPORTED = 3
-# Columns whose errors show a force along the motion.
+# Columns whose errors show a force along the direction of motion.
 _ALONG = ("forward_speed", "kinetic_energy")
 
 
@@ -115,8 +115,8 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        # Skip the pair if a power of the ratio of the speeds could compensate the ratio of the roll
-        # rates.
+        # Skip the pair if the different speeds could change the effect of a force as much as the
+        # different roll rates do.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
         is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
@@ -150,7 +150,8 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
         # If the power is 1 in one maneuver and higher in another, the evidence is unclear and not
-        # reported. Nor is a late error of an angle if the speed is wrong from the first rows on.
+        # reported. A late error of an angle is not reported either if the speed is wrong from the
+        # first rows on.
         is_late = bool(each) and min(each.values()) == _HIGHEST_REPORTED
         is_clear = each and (min(each.values()) > 1 or max(each.values()) == 1)
         if is_clear and not (is_late and _speed_is_wrong_at_once(maneuvers)):

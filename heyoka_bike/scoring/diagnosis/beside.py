@@ -134,7 +134,8 @@ def _compared_with(
         whole = reference[m.maneuver]
         motion = requested(program, m.maneuver, np.array([float(whole.duration)]))
         simulated = with_columns(whole, partial(simulator.at, motion))
-        # The columns of a motion that ends early are not finite after its end.
+        # If the simulated motion ends early, its columns are not finite after its end. Leave out
+        # such a maneuver.
         is_whole = all(np.isfinite(x).all() for x in simulated.rows.hi.values())
         if is_whole and m.rows >= MIN_ROWS_FOR_SHAPE:
             found.append(replace(m.part, reference=simulated))

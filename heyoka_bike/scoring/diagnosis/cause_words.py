@@ -131,8 +131,7 @@ def _value_words(x: FittedValue) -> str:
     least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
     decimals = max(1, -floor(log10(least))) if least else 1
     after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
-    # Show no uncertainty that is as small as roundoff. Show none either if the value hardly affects
-    # the error.
+    # Show no uncertainty if it is as small as roundoff, or if the value hardly affects the error.
     is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"

@@ -21,27 +21,27 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if the error that remains with a cause can be the error of an integrator."""
-    # A simulated integration method needs no stronger evidence: the distance of the rows determines
-    # its step, so no free value could hide the cause.
+    # A simulated integration method needs no stronger evidence, because it has no fitted value: the
+    # distance of the rows determines its step.
     is_mistake = any(
         m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
     # A cause that the residual of the equations does not show must reduce the error by the factor
-    # `BY_FAR`, and several such causes by this factor each.
+    # `BY_FAR`; n such causes must reduce it by this factor to the power of n.
     least = BY_FAR**h.count if is_hidden else THRESHOLDS.explained_factor
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several fitted values that include a force may fit an error with any other cause. Reject
-        # them if an error remains.
+        # Several fitted values that include a force may fit an error that has a different cause.
+        # Reject them if an error remains.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
         return True
     if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
-        # The residual was computed with other definitions of the columns, so it does not count
-        # here.
+        # The residual was computed with other definitions of the columns, so it cannot refute this
+        # hypothesis.
         return True
     return not residual.leaves_force(residual.relief(h.mistakes))
 
@@ -114,8 +114,8 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     if above[worst] > max(FAR_WORSE * max(least, THRESHOLDS.negligible_error), TOLERANCE):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
-    # Roll and steer columns of the same motion may have very different relative errors, so a larger
-    # factor is required for them.
+    # Roll and steer columns of the same motion may have very different relative errors. So the
+    # error of such a column must exceed the others by a larger factor.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
     is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

@@ -45,14 +45,14 @@ _ABOUT_STARTS = (
     ". These initial velocities violate the rolling constraints. The simulation of heyoka_bike "
     "starts with the nearest velocities that satisfy the constraints"
 )
-# Adjectives of the equations that are not named by one.
+# The word before "acceleration" in messages, if it differs from the name of the equation.
 _ADJECTIVES = {"speed": "forward"}
-# Relative errors below this limit are not mentioned, because the values have six correct digits.
+# Relative errors below this limit are not mentioned, because such values have six correct digits.
 _NEGLIGIBLE_ERROR = 1e-6
 # The message about a torque law states the torque at these fractions of the variable's range.
 _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
-# Largest ratio `LeftOfEquations.above` that the residuals of explicit methods reach, and of all
-# integrators. IDA, an implicit method that solves for the rates, reaches 152.
+# Largest ratio `LeftOfEquations.above` that explicit methods reach, and largest ratio that any
+# integrator reaches. IDA, an implicit method that solves for the rates, reaches 152.
 _MAX_RATIO_OF_EXPLICIT = 3.0
 _MAX_RATIO_OF_INTEGRATORS = 152.0
 

@@ -40,7 +40,8 @@ from heyoka_bike.scoring.score import score, scored_rows
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
-# Evidence that describes an error and names no cause, in the answer of a search that was stopped.
+# Evidence that describes an error without naming its cause. If a stopped search found no other
+# evidence, it has not found a cause.
 _ONLY_DESCRIBING = (
     BeginsAs, EnergyKept, EnergyTrend, EnergyVaries, NotDiagnosed, RightElsewhere, Unsymmetric,
     WorkFromStart,
@@ -120,7 +121,8 @@ def diagnosed(
     has_cause = not all(isinstance(x, _ONLY_DESCRIBING) for x in said)
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds, has_cause),)
     if any(isinstance(x, TimesRepeated) and not x.are_identical for x in report.seen):
-        # Do not report that nothing is wrong if different rows at one time were left out.
+        # Do not report that nothing is wrong if rows with different values at the same time were
+        # left out.
         said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):

@@ -41,8 +41,8 @@ _SUNK = (0.05, 0.12)
 """Interval in which a wheel has sunk into a soft floor, and roll errors are still small [s].
 MuJoCo's contact with its default settings comes to rest within 0.05 s."""
 _FEWEST_SUNK = 3  # minimum number of rows in the interval `_SUNK`
-# Largest relative spread of the energy over all maneuvers that counts as equal; with MuJoCo it is
-# 0.05.
+# Largest relative difference between the potential energies that the maneuvers lose to a soft
+# contact, for these energies to count as equal. With MuJoCo the difference is 0.05.
 _ALIKE = 0.2
 
 
@@ -88,7 +88,7 @@ class _Energy:
         back = float(np.min(np.diff(means) * np.sign(change)))
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
-        # If a change is steady, at most half of it happens in any tenth of the run.
+        # A change of the energy is steady if at most half of it happens in any tenth of the run.
         if float(np.max(np.abs(np.diff(means)))) > MEANINGLESS_ERROR * abs(change):
             return 0.0
         return change / self.size
@@ -112,7 +112,8 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     numbers, trends = tuple(known), tuple(x.trend for x in known.values())
     worst = max((c.error for m in report.maneuvers for c in m.columns), default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
-    # In a right file the integrator changes the energy, so a change does not indicate a force.
+    # If the file is right, the small change of the energy comes from the integrator and does not
+    # indicate a force.
     is_right = has_right_digits(worst)
     if all(_is_kept(x) for x in known.values()):
         if not is_right:
@@ -140,8 +141,8 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
         first = {c.key: float(c.trace.reference[0]) for c in m.compared}
         if not first.get("forward_speed") or "kinetic_energy" not in first:
             return
-        # The kinetic energy includes the rotation of the wheels, so this mass exceeds the bicycle's
-        # by 5 %.
+        # Mass that would have the kinetic energy without rotation. The energy includes the rotation
+        # of the wheels, so this mass exceeds the bicycle's by 5 %.
         masses.append(2 * first["kinetic_energy"] / first["forward_speed"] ** 2)
         columns = [c for c in m.columns if c.key == "potential_energy" and c.values == m.rows > 1]
         for c in columns:

@@ -153,8 +153,8 @@ class Hypothesis:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
-        # A mistake of the output explains nothing if the columns that it changes were already much
-        # less wrong than roll and steer.
+        # A mistake of the output explains nothing if, even before its correction, the columns that
+        # it changes are much less wrong than roll and steer.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:

@@ -41,13 +41,14 @@ from heyoka_bike.scoring.rows.edits import Columns
 CARRIED = 1e-12
 """Accuracy of a thousand propagated errors, relative to the size of the column; each adds 1e-13."""
 
-# Longest time over which one step of RK4 propagates an error [s]. The fastest mode of the benchmark
-# falls by e^-0.5 in this time, and one step computes this fall to 3e-4.
+# Longest time over which one step of RK4 propagates an error [s]. In this time the fastest mode of
+# the benchmark decays to e^-0.5 of its size. One step computes this decay with an error of 3e-4.
 _LONGEST = FASTEST_MODE / 2
 # Maximum number of rows of a maneuver at which errors are propagated. Between these rows the errors
 # are interpolated linearly.
 ROWS_FOLLOWED = 2001
-# Maximum number of steps per row, or rows per step. With more of them the error has the same shape.
+# Maximum number of steps per row, or of rows per step. With more steps or rows, the error has the
+# same shape.
 _MOST_STEPS = 10
 # Number of methods that are run from the initial conditions, and maximum number of evaluations of
 # the equations for each method.
@@ -194,8 +195,8 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     for fit in found:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
-        # The row distance must be a multiple or a fraction of the step. Other rows would have to be
-        # interpolated, which no program does in the way assumed here.
+        # The row distance must be a multiple or a fraction of the step. Otherwise the program would
+        # have to interpolate its rows, and no program interpolates in the way assumed here.
         if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method

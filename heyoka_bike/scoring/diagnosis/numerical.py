@@ -33,15 +33,15 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
-# Smallest fraction of an error that counts as noise, and smallest fraction that counts as noise of
-# a solver's iterations. With Exudyn the fraction is below 2e-4 if the tolerance of the iterations
-# is tight, and above 5e-3 if it is loose.
+# Smallest noise, as a fraction of an error, that counts as visible, and smallest noise that
+# indicates loose iterations of a solver. With Exudyn this fraction is below 2e-4 if the tolerance
+# of the iterations is tight, and above 5e-3 if it is loose.
 _LEAST_NOISE = 1e-4
 _ITERATION_NOISE = 2e-3
-# Minimum size of the correlation of the fourth differences of an error that alternates from row to
-# row. The correlation is negative between rows one apart, and positive between rows two apart.
+# An error alternates from row to row if its fourth differences are correlated by at least this
+# much: negatively between neighbouring rows, and positively between rows two apart.
 _ALTERNATING_PART = 0.95
-# An error counts as pure noise if the noise is more than this fraction of it.
+# If the noise is more than this fraction of a column's error, the error counts as noise.
 _PART_OF_ROWS_ROUGH = 0.3
 # Number of parts of equal length of a run. The noise of the run is the median of the noise of its
 # parts.

@@ -47,7 +47,7 @@ _OF_POTENTIAL = [
 # decaying mode of the upright bicycle at the initial speed.
 _BEGINNING = 1.0
 # Maximum number of programs that are simulated together. The processor's cache and the memory limit
-# it.
+# this number.
 _PROGRAMS_AT_ONCE = 32
 
 _EDITED = step_log.Step("edited", "is a column also offset or scaled, besides a wrong value?")
@@ -334,7 +334,9 @@ class FileUnderTest:
         return Hypothesis(causes, before, after, changed, floors, ends, expected, understood)
 
     def _resolved(self, program: Program, expected: Expected) -> Mapping[Place, float]:
-        """Return the resolution limit of each column, by its digits and the simulation, in scales.
+        """Return the resolution limit of each column, relative to its scale.
+
+        It is the coarser of the rounding to its digits and the inaccuracy of the simulation.
 
         A motion near a singularity is simulated less accurately. The drift of its energy, which
         should be constant, measures the inaccuracy.

@@ -38,8 +38,9 @@ from heyoka_bike.scoring.rows.table import whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
-# Rows count as interpolated if more than this fraction of them lie between rows that are right, in
-# all but one of this many parts of the run.
+# Rows count as repeated, or as interpolated between fewer rows, if the fraction of such rows
+# exceeds the first value. The second value is a number of parts of the run: the fraction must be
+# exceeded in all parts but one.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # Largest distance of two right rows between which other rows may be interpolated [rows].
 _MOST_BETWEEN = 200
@@ -51,7 +52,7 @@ _LEAN_OF_LYING = np.pi / 2
 # the second value [rad]. Noise changes the lean by more.
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
-# If a part of the energy is wrong, the sum is wrong, too.
+# If a part of the energy is wrong, the sum is wrong, too, so the sum is not a further fault.
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
@@ -85,8 +86,8 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         if not {"roll_angle", "potential_energy"} <= traces.keys():
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
-        # A low potential energy shows that the bicycle really lies, so the large angle is not just
-        # in a wrong unit.
+        # A low potential energy shows that the bicycle has really fallen over, so the large angle
+        # is not just in a wrong unit.
         low = height.value < MEANINGLESS_ERROR * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
@@ -137,7 +138,7 @@ def _right_rows(c: ColumnScore) -> int:
     if float(np.max(error)) <= TOLERANCE * c.scale:
         return 0
     # The upper quartile is the error of a row between right rows, even if only half of all rows lie
-    # between.
+    # between right rows.
     usual = float(np.quantile(error, 0.75))
     most = min(len(error) // MIN_ROWS_FOR_SHAPE, _MOST_BETWEEN)
     for every in range(2, most + 1):
@@ -155,7 +156,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
-    # The slope between two rows at the same time is not defined.
+    # Suppress the warnings about two rows at the same time, between which the slope is not defined.
     with np.errstate(all="ignore"):
         found, right = (
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
@@ -170,8 +171,8 @@ def _flat(c: ColumnScore, order: int) -> float:
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
-    # The changes must be far larger than a last digit, because a motion that hardly moves also
-    # seems to stand still.
+    # The changes must be far larger than the unit of the last digit, because a motion that hardly
+    # moves also seems to stand still.
     if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
         return 0.0
     # One part of the run may be an exception: a motion that decays ends on a straight line.
@@ -213,9 +214,9 @@ def _departs(
     if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
-    # If rows lie between the last right and the first far one, the former must be right to rounding
-    # and the error large: with a variable step, the error may grow by the factor `BY_FAR` within
-    # one step.
+    # A variable step may increase the error by the factor `BY_FAR` within one step of the
+    # integrator. So if rows lie between the last correct row and the first row with a large error,
+    # the last correct row must be correct up to rounding, and the error must become large.
     is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None

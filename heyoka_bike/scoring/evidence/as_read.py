@@ -46,8 +46,8 @@ class NotCompared(Evidence):
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # Do not list a column whose quantity has no compared column: it is already missing from the
-        # number of compared columns.
+        # Do not list a column whose quantity has no compared column: the number of compared columns
+        # shows that it is missing.
         return (x for x in self.columns if x.key is None or x.key in compared)
 
     def _finding(self) -> Finding:

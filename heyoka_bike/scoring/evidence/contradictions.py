@@ -12,7 +12,8 @@ from heyoka_bike.scoring.findings import Severity, maneuvers, named
 VISIBLE = 1e-2
 """Error, in scales, that is visible in a plot, although eq. (1) may miss it."""
 
-# Factor by which the message of a stopped diagnosis raises the limit.
+# If the time limit stopped the diagnosis, the message proposes a limit that is longer by this
+# factor.
 _MORE_TIME = 5
 
 

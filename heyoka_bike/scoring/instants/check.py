@@ -244,8 +244,8 @@ digit of any parameter causes more."""
 # Minimum number of distinct wrong values that a parameter must explain. Any parameter that affects
 # a single value can explain it, and repeating this value in many rows adds no evidence.
 _MIN_WRONG_VALUES = 2
-# Maximum distance of the front wheel from the floor that counts as contact [m]. If it is larger, no
-# pitch puts the wheel on the floor.
+# Maximum distance of the front wheel from the floor that counts as contact [m]. If the distance is
+# larger, no pitch puts the wheel on the floor.
 _ON_THE_FLOOR = 1e-9
 
 _Quantities = Mapping[str, Array]
@@ -430,8 +430,8 @@ def _explanations(
     def made(symbol: str, change: float) -> _Quantities:
         x = bicycle[symbol]
         moved = replace(x, rational=x.rational + Fraction(change))
-        # The parameters are not checked, because a mistaken program may compute with values that
-        # have no meaning.
+        # The parameters are not checked, because a program with a mistake may compute with values
+        # that have no meaning.
         mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
         return quantities_of_states(mistaken, given, is_linear=is_linear)
 
@@ -452,8 +452,8 @@ def _explanations(
                 for _ in range(ROUNDS_OF_NEWTON):
                     slope = apart(made(symbol, change + SMALL_STEP), now) / SMALL_STEP
                     left = apart(values, now)
-                    # Skip the parameters, mostly the majority, that hardly affect the largest
-                    # difference between the table and the exact values.
+                    # Skip parameters that hardly affect the largest difference between the table
+                    # and the exact values. Most parameters are of this kind.
                     acts = abs(slope[np.argmax(np.abs(left))]) > SMALL_STEP * np.max(np.abs(slope))
                     if now is right and not acts:
                         break

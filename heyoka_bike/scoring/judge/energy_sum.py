@@ -43,7 +43,7 @@ def energy_sum(
     floors = [columns[key].floor for key in keys]
     floor = None if None in floors else float(sum(f for f in floors if f is not None))
     if has_rest and floor is not None:
-        # The reference is accurate to 1e-31 of its scale, see the bounds of the dense output.
+        # The reference is accurate to 1e-31 of its scale, as the bounds of the dense output show.
         floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
         # Errors are accurate to binary64. If there are more than `MAX_EXACT_VALUES` values, errors
         # are accurate only to 1e-15 of the scale.

@@ -73,8 +73,8 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    # An integrator's error changes the rate and the angle in the same way, so the difference is
-    # small compared with the slope of the angle's error. If the rate is a finite difference of the
+    # An integrator's error changes the rate and the angle in the same way, so the rate's error
+    # differs little from the slope of the angle's error. If the rate is a finite difference of the
     # angle, its error does not appear in the angle.
     return found, found > max(MAX_ROUNDING_FLOORS * rounding, AS_GOOD * rms(slope))
 

@@ -30,7 +30,7 @@ _FITS = 0.05
 _ROUNDS_OF_GOLDEN_SECTION = 40
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 # The shift is rounded to the smallest number of decimal places with which the error is at most this
-# factor larger than with the best shift.
+# many times the error with the best shift.
 _PLACES_TRIED = range(7)
 _AS_GOOD_AS_BEST = 1.1
 
@@ -64,7 +64,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     if abs(best) <= 1.5 * max(apart):
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
-    # With few columns, any fit seems good, see `ratios`.
+    # With few columns, any fit seems good (see `ratios`).
     needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None

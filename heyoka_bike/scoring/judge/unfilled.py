@@ -52,8 +52,8 @@ def _unfilled(part: Part) -> dict[str, float]:
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
-    # In half precision, an energy may vary by less than one step of the format, and therefore be
-    # constant as written.
+    # In half precision, an energy may vary by less than the spacing of the numbers, and therefore
+    # be constant as written.
     bits = max((n for n in each if n), default=None) if each and all(each) else None
     constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {

@@ -43,7 +43,8 @@ class Quantum:
         size = np.abs(np.nan_to_num(values, posinf=0.0, neginf=0.0))
         smallest = np.finfo(np.float64).tiny
         exponent = np.floor(np.log(np.maximum(size, smallest)) / np.log(self.base))
-        # The computed logarithm of a power may be rounded to just below its integer value.
+        # The computed logarithm of a power may be rounded to just below its integer value. Then add
+        # 1.
         exponent += np.power(float(self.base), exponent + 1) <= size
         spacing = np.power(float(self.base), exponent - self.digits + 1)
         return np.where(size < smallest, 0.0, spacing)

@@ -190,7 +190,7 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     for piece in _pieces(len(hi)):
         k = np.rint(hi[piece] * ten)
         exact[piece] = k / ten
-        # Every term is exact, because the remainder has at most 28 bits.
+        # Every term is exact, because the remainder k - 10^places exact[piece] has at most 28 bits.
         p, e = two_product(exact[piece], np.full(len(k), ten))
         lo[piece] = ((k - p) - e) / ten
     return places, exact, lo
@@ -207,8 +207,8 @@ def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
             return False
         if not ((k / ten).astype(kind).astype(np.float64) == times).all():
             return False
-        # The probability that a number is the nearest one to a multiple by chance is the spacing of
-        # the binary numbers divided by the step.
+        # A binary number may be the nearest one to a multiple of the step by chance. The
+        # probability is the spacing of the binary numbers divided by the step.
         different = times[np.diff(times, prepend=last) != 0]
         last = times[-1]
         with np.errstate(divide="ignore"):

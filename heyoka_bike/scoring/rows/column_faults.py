@@ -46,10 +46,11 @@ from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, pl
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-# If more than this fraction of a column's rows are odd, they are not reported as single rows.
+# If more than this fraction of a column's rows do not fit their neighbours, they are not reported
+# as single rows.
 _MOST_SINGLE = 0.2
-# Number of rows on each side that a single odd row is compared with. Wrong times of every third row
-# make errors that are 3 times those two rows further on.
+# Number of rows on each side with which a single row of large error is compared. If every third row
+# has a wrong time, an error may be 3 times the error two rows further on.
 _ROWS_AROUND = 5
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
@@ -91,13 +92,13 @@ def deviating_columns(report: Report) -> Undone | None:
     For each column the deviation that explains its error best is undone.
     """
     found: dict[tuple[int, str], _Deviation] = {}
-    # Skip columns with the values of a different maneuver: these are not a function of the exact
+    # Skip columns with the values of a different maneuver: they are not a function of the exact
     # values.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
         has_enough = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
-        # A constant column is not a function of the exact values, but may have been written in
-        # place of a different column.
+        # A constant column cannot be compared as a function of the exact values, but it may have
+        # been written in place of a different column.
         faults = _COLUMN_FAULTS if np.ptp(c.trace.value) else _COLUMN_FAULTS[:1]
         if is_right_column(c) or not has_enough or (m.maneuver, c.key) in others:
             continue
@@ -110,7 +111,7 @@ def deviating_columns(report: Report) -> Undone | None:
             # The relief is the factor by which the fault reduces the error of the column.
             relief = rms(c.trace.error[rows]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
             # Simpler deviations are tried first. A deviation that is tried later must explain
-            # clearly more.
+            # clearly more of the error.
             if relief > best and left < TOLERANCE * c.scale:
                 found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
     found = _without_exchanged_everywhere(
@@ -290,8 +291,8 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     right = np.array([*m.part.reference.approximate(time, names).values()])
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
-    # An average has no value in the first and the last rows. Try averages that lose at most a tenth
-    # of the rows at each end.
+    # A moving average has no value in the first and the last rows. Try averages that lose at most a
+    # tenth of the rows at each end.
     for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
@@ -322,7 +323,8 @@ def single_rows(report: Report) -> Undone | None:
         for m, c in places(report)
         if (rows := _odd_rows(m, c)) is not None
     }
-    # If most columns of a maneuver have odd rows, the whole rows are wrong, not single columns.
+    # If rows do not fit their neighbours in most columns of a maneuver, the rows are wrong as a
+    # whole, not in single columns.
     wide = {
         n
         for n, keys in grouped((n, key) for n, key in found).items()
@@ -370,12 +372,12 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     value, least = c.trace.value, floor_of(c)
     is_same = np.diff(value) == 0.0
     alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
-    # A row that equals the previous row counts as a repetition only where the column moves on in
-    # one direction by far more than its digits. Near an extremum two neighbouring rows may be
-    # equal.
+    # A row that equals the previous row counts as a repetition only where the column moves in one
+    # direction by much more than the unit of its last digit. Near an extremum two neighbouring rows
+    # may be equal.
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
     moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
-    # Two zeros in succession are small values written as zero.
+    # Two zeros in succession are not a repetition, but small values written as zero.
     moves &= value[2:-1] != 0.0
     held = np.flatnonzero(alone & moves) + 2
     # Number of equal neighbours that the rounding to the digits written is expected to cause by
@@ -400,8 +402,8 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
     if not is_single or is_turned or far[-1] == m.rows - 1:
         return None
-    # A wrong motion also has far larger errors where it changes fast, but there in many rows. So
-    # compare each far row with the rows around it.
+    # In a wrong motion, too, errors are far larger where the motion changes fast, but then in many
+    # rows. So compare each row of large error with the rows around it.
     others = error.copy()
     others[far] = 0.0
     near = (others[max(row - _ROWS_AROUND, 0) : row + _ROWS_AROUND + 1] for row in far)
@@ -594,8 +596,9 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
     def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
         rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
-        # Each fitted value must reduce the error by `BY_FAR`, and also explain a column that is
-        # nearly zero, where the error is as large as the exact values.
+        # Each fitted value must reduce the error by `BY_FAR`. In a column that is nearly zero, the
+        # error is as large as the exact values. So the error that remains must also be smaller than
+        # the column by this factor.
         least = min(rms(c.trace.error), rms(c.trace.value))
         return BY_FAR**count * rms(rest) < least
 

@@ -22,17 +22,17 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
 # Minimum number of different values in a column of multiples of a step. The step must also be far
-# coarser than the digits. By chance, the values of about one smooth column in 1e5 are multiples of
-# one step.
+# coarser than the unit of the last digit. By chance, the values of about one smooth column in 1e5
+# are multiples of one step.
 _FEWEST_LEVELS = 5
 # Significant bits of half-precision and single-precision numbers; half precision is tried first.
 _HALF, _SINGLE = 11, 24
 _BITS = (_HALF, _SINGLE)
-# Largest distance of a written value from the nearest number with few bits, in halves of the last
-# digit written: 1 for rounding, and a little more for the roundoff of reading.
+# Largest distance of a written value from the nearest number with few bits, in halves of the unit
+# of the last digit written: 1 for rounding, and a little more for the roundoff of reading.
 _ROUNDED = 1.01
-# The step is found from this many of the smallest distances between values. In small distances the
-# error of the step is multiplied least.
+# The step is found from this many of the smallest distances between values. A small distance is a
+# small multiple of the step, so an error of the step matters least there.
 _DISTANCES = 100
 
 
@@ -112,8 +112,8 @@ def coarse_grids(report: Report) -> Undone | None:
     )
     of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in report}
     if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # The other columns are right and far more accurate. So the columns of multiples add no
-        # information and are left out.
+        # The other columns are right and far more accurate. So the columns that are multiples of a
+        # step add no information and are left out.
         on_grid = {key for _, key in steps}
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
@@ -193,8 +193,8 @@ def step_of(levels: Array, least: float) -> float | None:
     step = _common(np.sort(apart)[:_DISTANCES], least)
     if step is None:
         return None
-    # Refine the step by the lengths of longer and longer spans, and finally by the largest value.
-    # Rounding affects a long span least.
+    # A large difference of two values contains many steps, so rounding affects it least. Refine the
+    # step with larger and larger differences, and finally with the largest value.
     ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
     for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
         step = float(whole) / max(round(float(whole) / step), 1)

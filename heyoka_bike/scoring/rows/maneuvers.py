@@ -90,7 +90,8 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
         # With few digits, a decaying motion also repeats a value for some rows before it changes
-        # again. So the rest at the end must be longer than any earlier one by the factor `AS_GOOD`.
+        # again. So the rest at the end must be longer than any earlier repetition by the factor
+        # `AS_GOOD`.
         others = [
             c for c in whole
             if still[c.key] < max(MIN_ROWS_FOR_SHAPE, AS_GOOD * _still_before(c))

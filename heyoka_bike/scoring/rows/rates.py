@@ -34,8 +34,8 @@ LATERAL_ANGLES = {rate: angle for rate, angle in ANGLE_OF.items() if rate in LAT
 ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
 """Delays of a rate that are tried, in rows."""
 
-# Degree of the polynomials that give the slopes of angles. It is low, because then a corner in the
-# motion affects only a few rows.
+# Degree of the polynomials from which the slopes of angles are computed. It is low, because then a
+# corner in the motion affects only a few rows.
 _DEGREE_OF_SLOPES = 4
 
 

@@ -35,8 +35,9 @@ from heyoka_bike.scoring.scores import ManeuverScore
 
 # Significant digits of a step entered by a person.
 _DIGITS_OF_STEP = 3
-# Rows are in another order if more than this fraction of them are followed by an earlier one. Old
-# rows that are written again make one such place for each interruption.
+# Rows count as unsorted if more than this fraction of them are followed by a row that belongs to an
+# earlier time. A program that writes old rows again after an interruption causes only one such step
+# back.
 _DISORDERED = 0.05
 
 
@@ -66,8 +67,8 @@ class _Wrong(AtOtherTimes):
         """
         negligible = np.maximum(self.floors, np.max(self.before, initial=0.0) / BY_FAR**2)
         falls = (left * BY_FAR < self.before) | (left <= negligible)
-        # At least one error must fall by the factor `BY_FAR`. Errors that fall only a little, to
-        # the digits written, prove nothing.
+        # At least one error must fall by the factor `BY_FAR`. It proves nothing if all errors fall
+        # only a little, to the level of the written digits.
         is_shown = bool(np.any(left * BY_FAR < self.before))
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
@@ -230,8 +231,8 @@ def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None
     nearest = rows.nearest()
     least = np.array([floor_of(c) / c.scale for c in rows.columns])
     limit = CLEARLY * np.maximum(rows.left(nearest), least)
-    # Keep the written time of rows that are also right there. Where the motion hardly changes,
-    # every time is right.
+    # Keep the written time of rows that are also right at this time. Where the motion hardly
+    # changes, every time is right.
     is_off = np.any(np.abs(rows.off(rows.time)[0]) > limit[:, None], axis=0)
     meant = np.where(is_off, nearest, rows.time)
     left = wrong.left(meant)
@@ -243,8 +244,8 @@ def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None
         CLEARLY * (high - low) < abs(high + low)
         and np.mean(is_off[np.argmax(is_off) :]) > MOST_ROWS
     ):
-        # All rows from some time on have one shift, which has fewer unknowns. `visible_faults`
-        # reports this departure.
+        # All rows from some time on have the same shift, which is simpler than a time for each row.
+        # `visible_faults` reports this departure.
         return None
     written, most = rows.time[is_off], int(np.argmax(np.abs(ahead)))
     return meant, RowTimes(

@@ -20,13 +20,13 @@ from heyoka_bike.scoring.diagnosis.programs.program import Mistake, output_mista
 from heyoka_bike.scoring.rows.edits import Columns, Stage
 from heyoka_bike.scoring.units import UNITS, factor
 
-# Units of angles and rates, which oscillate about zero. A moved column in such a unit must differ
-# from its new quantity by less than `MEANINGLESS_ERROR` times the quantity's size; a column in any
-# other unit, by less than `NEAR_STEADY` times this size.
+# Units of angles and rates, which oscillate about zero. A column may contain another quantity only
+# if its typical difference from this quantity is less than `MEANINGLESS_ERROR` times the quantity's
+# size in these units, or less than `NEAR_STEADY` times this size in all other units.
 _OSCILLATING = ("rad", "rad s-1")
 
-# Quantities that may have been written in place of a column: those of the benchmark, and a few that
-# programs often compute in addition.
+# Quantities that may have been written in place of a column: those of the benchmark, and a few
+# others that programs often compute.
 _COLUMNS_PROPOSED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 
 

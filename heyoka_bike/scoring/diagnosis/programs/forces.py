@@ -160,8 +160,8 @@ class Moving:
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self._right[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
         found = {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in moved.items()}
-        # Use the accelerations of the centres of mass relative to the ground, because the heading
-        # axes rotate.
+        # Add the rotation of the heading axes, so that the accelerations of the centres of mass are
+        # relative to the ground.
         turn: Vector = (0.0, 0.0, self._right[6])
         for body in "RBHF":
             found[f"v_{body}"] = plus(found[f"v_{body}"], cross(turn, self.now[f"v_{body}"]))
@@ -212,7 +212,8 @@ class Moving:
         force, rotors = self._forces(amounts, self)
         mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
                 for i, row in enumerate(self.mass)]  # fmt: skip
-        # The rotors also need a torque for the accelerations that the wheels have without rotors.
+        # The equations are solved for the change of the accelerations. So subtract the torque that
+        # the rotors need for the unchanged accelerations of the wheels.
         force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
         if any(FORCES[name].is_inertial for name in amounts):
             mass = self._less_inertial(mass, {n: x for n, x in amounts.items()
@@ -428,7 +429,7 @@ def _spin_down(m: Moving) -> Linear:
 
 
 def _scrub(frame: str) -> Law:
-    """Make a torque of the tyre about the vertical, against the yaw rate."""
+    """Return the law of the torque with which a tyre resists the yaw rate."""
     return lambda m: {f"turn_{frame}": (0.0, 0.0, -m.now[f"turn_{frame}"][2])}
 
 
@@ -595,7 +596,7 @@ def _of_the_state() -> dict[str, Force]:
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
-            # A constant force, or one that depends on an angle, may have a potential.
+            # A constant force, or a force that depends on an angle, may have a potential.
             stores_energy = not (names or power) or any("angle" in x for x in names)
             found[name] = Force(
                 says, unit, 1.0, _along(i, names, power), is_fitted=False,
@@ -682,7 +683,7 @@ FORCES: Mapping[str, Force] = {
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},
-    # Only with `gyroscopic` is the potential energy compared.
+    # With `gyroscopic` the potential energy is compared. With the two other terms it is not.
     **{name: _part(f"gyroscopic torque w x (I w) of {whose}", _without_euler(bodies),
                    is_fitted=False, stores_energy=name != "gyroscopic")
        for name, whose, bodies in (("gyroscopic", "all bodies", "RBHF"),

@@ -375,8 +375,8 @@ def model_mistake(
         values = program.motion.bicycle.values
         p = {s: float(x) for s, x in values.items()}
         change(p)
-        # The parameters are not checked, because a mistaken program may compute with values that
-        # have no meaning.
+        # The parameters are not checked, because a program with a mistake may compute with values
+        # that have no meaning.
         altered = {s: Exact(Fraction(x)) for s, x in p.items() if x != float(values[s])}
         name = program.motion.bicycle.name
         return program.moving(bicycle=Bicycle(name, {**values, **altered}))

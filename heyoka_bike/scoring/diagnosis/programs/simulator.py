@@ -36,16 +36,16 @@ from heyoka_bike.system.resources import benchmark_bicycle
 # Number of Gauss points per interval, and lengths of intervals [s]. With the first length the error
 # of the benchmark's motions is 1e-13. Intervals of half this length with 12 points have the same
 # error, but take twice the time. The second length is for motions that do not converge with the
-# first length: a steer axis may swing round within some hundredths of a second.
+# first length: a steer axis may swing round within a few hundredths of a second.
 _GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
 # Maximum number of Newton iterations on an interval, and the relative change at which they end. A
 # further iteration would change the motion by only a millionth of that change.
 _MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
-# If the last Newton change of a motion exceeds this relative value, the motion has met a
-# singularity.
+# If the last Newton iteration changes a motion by more than this relative value, the motion has met
+# a singularity.
 _PART_LOST = 1e-6
-# An extrapolated first guess is used only if its change is less than this many times the change in
-# the last interval.
+# An extrapolated first guess is used only if the motion changes in it by less than this many times
+# its change in the last interval.
 _FARTHER = 3.0
 _STATE_LENGTH = 7
 # Number of motions that are simulated together. More motions would not fit into the processor's
@@ -343,7 +343,7 @@ def _nodal_states(
             if is_lost.all():
                 break
             found[i] = np.concatenate([y[None], guess])
-            # Correct the derivatives at the points for the last change of the state, to first
+            # Correct the derivatives at the Gauss points for the last change of the state, to first
             # order.
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)

@@ -38,8 +38,8 @@ _ZERO, _RATIO = "zero ", "ratio "
 # Number of single edits (an offset or a ratio of a column), and of single parameters, that are
 # fitted alone. For each of them the best partner of the other kind is then found.
 _ALONE = 2
-# Number of pairs of an edit and a parameter that are fitted more exactly: the pairs that explain
-# most of the error to first order.
+# Number of pairs of an edit and a parameter that are fitted exactly. They are the pairs that
+# explain most of the error to first order.
 _PAIRS = 4
 
 

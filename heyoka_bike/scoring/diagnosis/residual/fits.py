@@ -117,7 +117,8 @@ class Fits:
             before = best[0] if best else None
             found = [h for changes in several for h in judged(self._refined(changes))]
             for h in found:
-                # Different fits may drop some of their values and end with the same values.
+                # Different fits may drop some of their values and end with the same values. List
+                # these only once.
                 if h.log_odds > least and not any(h.parts == x.parts for x in best):
                     best.append(h)
             best.sort(key=lambda h: -h.log_odds)
@@ -132,7 +133,7 @@ class Fits:
         while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
-        # A fit with more values always explains more. Drop the fits that hardly gain by their
+        # A fit with more values always explains more. Drop the fits that gain little from their
         # additional values.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 

@@ -21,8 +21,8 @@ from heyoka_bike.numbers.double import SMALL_STEP, Array
 # Number of repetitions of the weighted least squares. Each reduces the error of the weights; more
 # repetitions would have no visible effect.
 _REPETITIONS = 12
-# Smallest remaining error that is visible, relative to the norm of its block. It is set by the
-# roundoff of the normal equations.
+# Smallest remaining error that is visible, relative to the norm of its block. The roundoff of the
+# normal equations determines this value.
 _VISIBLE = 1e-7
 # A subset of unknowns explains nothing if its terms are larger than the error by this factor and
 # cancel each other.
@@ -31,8 +31,8 @@ _CANCEL = 5.0
 # determine.
 _DAMPING = 1e-12
 # Maximum number of steps, maximum number of halvings of a step, and the expected gain of a step
-# below which the fit ends. It takes six steps to find an inertia of zero instead of the largest
-# one, and the first of these steps is halved twice.
+# below which the fit ends. A fit that finds an inertia of zero in place of the largest inertia
+# takes six steps, and halves the first of them twice.
 _STEPS, _HALVINGS_OF_STEP, _PROMISED = 6, 5, 1.01
 
 Errors = Callable[[Sequence[Array]], Sequence[Sequence[Array]]]

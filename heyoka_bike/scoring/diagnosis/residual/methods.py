@@ -159,7 +159,7 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         left = np.maximum(left, 0.0) + b.floors
         falls = np.log((b.squares + b.floors) / left).reshape(len(motions), -1) / 2
         # Integrators leave a residual in the equations of the angles. Forces and drifting
-        # constraints do not.
+        # constraints do not. So compute the factor by which the method reduces this residual.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
         # Assume that an equation of an angle's rate has as many independent values as an equation
         # of motion.

@@ -31,14 +31,14 @@ If the speed is missing, it is computed from the others by the exact equation of
 then not compared. Missing rates are computed as slopes of their angles.
 """
 
-# Rounding error of a slope by central differences of order 10: this many last digits of the column,
-# divided by the distance of the rows.
+# Rounding error of a slope by central differences of order 10: this many times the rounding error
+# of the column, divided by the distance of the rows.
 _IN_SLOPE = 1.23
 
 _DEGREE_OF_WINDOW, _LOWER_DEGREE = 9, 7
 _MOST_ROWS_OF_WINDOWS = 1001
 _FEWEST_ROWS_OF_WINDOWS = 12
-# Minimum half width of a window: in seconds, and as a number of rows.
+# Minimum half width of a window: in seconds, and in distances of the rows.
 _HALF_WIDTH, _IN_ROWS = 0.15, 4.0
 _MOST_ROUNDS = 30
 # A bicycle that leans more than this does not come upright again [rad].
@@ -131,7 +131,7 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     height = part.values.get("potential_energy", np.zeros_like(part.time))
     lies = ~is_up & (height < MEANINGLESS_ERROR * height[0])
     # If there is no potential energy, find the row after which the lean remains large. An angle in
-    # degrees becomes small again, so it is not mistaken for a fall.
+    # degrees that is read as radians becomes small again, so it is not mistaken for a fall.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
         return part

@@ -72,7 +72,7 @@ GROUPS = tuple(
 )
 """Parameters that a mistake changes together: the inertia of a body, or its mass and its centre."""
 
-# Relative residual of equations that have no solution. Larger residuals are reduced to it.
+# Relative residual of equations that have no solution. Larger residuals are reduced to this value.
 _NO_LIMIT = 1e9
 _METHOD = step_log.Step("method", "which integrator's error explains the residual?")
 _TINY = float(np.finfo(np.float64).tiny)
@@ -413,7 +413,7 @@ class Residual:
         return self._relief(self.of(apply(self.program, mistakes)))
 
     def leaves_more(self, mistakes: Sequence[Cause]) -> bool:
-        """True if some mistakes leave a residual that neither digits nor an integrator explain.
+        """True if mistakes leave a residual that neither rounding nor an integrator explains.
 
         An integrator's error is also in the rates, which then differ from the slopes of the angles.
         """
@@ -435,7 +435,7 @@ class Residual:
         return Hypothesis(mistakes, before, left, self._places)
 
     def _known(self, library: Sequence[Mistake]) -> tuple[Hypothesis, ...]:
-        """Judge mistakes of the library, alone and in pairs."""
+        """Judge the known mistakes, singly and in pairs."""
         alone = {m.code: self._tried(apply(self.program, (m,))) for m in library}
         found = [self._compared((m,), alone[m.code]) for m in library]
         relief = {h.codes[0]: h.relief for h in found}
@@ -531,8 +531,8 @@ class Residual:
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
-            # A value counts as different if its change exceeds the scatter of the rows, and is not
-            # negligible relative to the largest change.
+            # An initial value counts as different if its difference exceeds the scatter of the
+            # rows, and is not negligible relative to the largest difference.
             least = (
                 THRESHOLDS.start_scatter_factor * scatter
                 + TOLERANCE * np.max(np.abs(off) / size) * size

@@ -110,7 +110,7 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
         elif bits > 53:
             remainder = (array - values).astype(np.float64)
             if not remainder.any():
-                # The longer type contains only binary64 numbers.
+                # The longer type contains only binary64 numbers, so nothing remains.
                 remainder = None
     if remainder is not None:
         remainder[~np.isfinite(values)] = 0.0

@@ -30,8 +30,8 @@ _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 _BYTES_OF_LETTER = 4
-# A row of texts is refused if it would exceed the memory limit by more than this factor, with every
-# text as long as the file. The true lengths are known only after reading.
+# A text may be as long as the file. A row of texts of this length may exceed the memory limit by at
+# most this factor; otherwise the row is refused. The true lengths are known only after reading.
 _MOST_TIMES = 10
 
 
@@ -113,8 +113,8 @@ class _OwnFile:
             if "index" in (rows.dtype.names or ()):
                 index = _of_kind(rows["index"], table.attrs.get("index_kind"))
             fields = [name for name in rows.dtype.names or () if name != "index"]
-            # Columns that pandas can search are not in the blocks. Each is stored separately under
-            # its name.
+            # Columns that pandas can search are not in the blocks. Each such column is stored
+            # separately under its name.
             alone = [name for name in fields if not name.startswith(_BLOCK)]
             found += ((name, _of_kind(rows[name], table.attrs.get(f"{name}_dtype")))
                       for name in alone if rows[name].ndim == 1)  # fmt: skip

@@ -27,8 +27,8 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Size of a number [bytes] by the type of the element, in versions 5 to 7, see *MAT-File Format*
-# (The MathWorks).
+# Size of a number [bytes] by the type of the element, in versions 5 to 7 (*MAT-File Format*, The
+# MathWorks).
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _MATRIX, _COMPRESSED = 14, 15
 # Class numbers of arrays. `_NUMBERS` ranges from the class of text to that of 64-bit integers.
@@ -201,7 +201,7 @@ def _together(values: list[Any]) -> Any:
     return np.fromiter(values, object, len(values))
 
 
-# MATLAB code that writes an object to a file that can be read, by the class of the object.
+# For objects of these classes: MATLAB code that writes the object to a file that can be read here.
 _TYPES_WRITTEN = {
     "table": "writetable({0}, 'results.csv')",
     "timetable": "writetimetable({0}, 'results.csv')",
@@ -336,7 +336,8 @@ def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, An
     labels = {i: _word(signals[i].get("label")) for i in values}
     if all(map(is_known, labels.values())) or len(values) == 1:
         return {labels[i] or "values": x for i, x in values.items()}
-    # The signals must be the blocks of the benchmark in its order, each a vector or a matrix.
+    # Together, the signals must contain the columns of the benchmark in its order. Each signal is a
+    # vector, or a matrix of several columns.
     rows = max((max(x.shape, default=0) for x in values.values()), default=0)
     upright = [x if x.shape[:1] == (rows,) else x.T for x in values.values()]
     if any(x.shape[:1] != (rows,) for x in upright):

@@ -76,7 +76,7 @@ def _with_results(
     """Return evidence of sheets that contain results but are not named as maneuvers."""
     lost = []
     for title in sorted(titles):
-        # A sheet without such columns contains notes, parameters or figures.
+        # Skip a sheet without columns of results: it contains notes, parameters or figures.
         with suppress(InputError):
             for table in _tables(sheets[title], request):
                 layout_of(table, request)

@@ -77,7 +77,7 @@ WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _MANEUVER_BEFORE = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _MANEUVER_BEHIND = re.compile(rf"(.+?)_?(?:{_PATTERN_OF_MANEUVER}_?)?([0-9]{{1,3}})")
 # The patterns below match the name as written. The two patterns above match the name in small
-# letters, with underscores as its only signs.
+# letters, with underscores as its only punctuation.
 _FIRST = re.compile(rf"{_PATTERN_OF_MANEUVER}[\s_.-]?([0-9]{{1,3}})[\s_./:-]+(.+)", re.IGNORECASE)
 _LAST = re.compile(
     rf"(.+?)(?:[\s_.-]*[\[({{]\s*(?:{_PATTERN_OF_MANEUVER}[\s_-]*)?([0-9]{{1,3}})\s*[\])}}]"
@@ -88,7 +88,7 @@ _LAST = re.compile(
 _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
 # Patterns of parts of a name, in this order: the number of a maneuver anywhere in the name; numbers
-# and marks without a meaning; signs of a formula, which mean that the name is not that of a
+# and marks without a meaning; characters of a formula, which mean that the name is not that of a
 # quantity.
 _MANEUVER_ANYWHERE = re.compile(
     rf"(?<![a-z]){_PATTERN_OF_MANEUVER}[\s_.:-]*[0-9]{{1,3}}(?![0-9])", re.IGNORECASE

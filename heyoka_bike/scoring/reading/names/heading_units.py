@@ -88,7 +88,7 @@ _PER = re.compile(r"\bper\b")
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
 # A letter with a number, such as m1 or s2, is an index and not a power of a metre or a second.
 _INDEXED = re.compile(r"[A-Za-z]+[0-9]+")
-# End of the unit s^-1 with underscores in place of its signs.
+# End of the unit s^-1 with underscores in place of ^ and -.
 _POWER = re.compile(r"_+1$")
 _BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 

@@ -86,7 +86,7 @@ def column_within(name: str, request: Request) -> tuple[str | None, int | None]:
     key, maneuver
         None if the name contains no known name, or if the maneuver is not stated.
     """
-    # Remove a unit in brackets, or in the signs with which MATLAB and R replace brackets.
+    # Remove a unit in brackets, or in the characters that MATLAB and R put in place of brackets.
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0] or name
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()] or [""]
     word, key, number = by_words(unit_in(steps[-1])[0])
@@ -120,8 +120,8 @@ _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
 # Minimum length of a word that names a quantity [letters]. A single letter has many meanings,
 # unless the name contains the number of a maneuver.
 _SHORTEST_WORD = 2
-# Signs between the components of a path, and pattern of the words in a component such as roll_angle
-# or rollAngle.
+# Characters between the components of a path, and pattern of the words in a component such as
+# roll_angle or rollAngle.
 _PATH_BREAKS = re.compile(r"[./|:\\]+")
 _TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 # A name that ends in the kind of its quantity, after at least one letter that states which quantity

@@ -23,8 +23,8 @@ _DECIMAL_NUMBER = re.compile(
     r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:`{1,2}[0-9.]*)?"
     r"(?:(?:[eEdDqQ]|\*\^)([+-]?[0-9]+)|([+-][0-9]{3}))?"
 )
-# Plain form of a number, which most rows contain only. Matching all numbers of a row together is
-# seven times as fast as matching them one by one.
+# Plain form of a number. Most rows contain only such numbers. Matching all numbers of a row
+# together is seven times as fast as matching them one by one.
 _PLAIN_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _MANY_NUMBERS = re.compile(rf"{_PLAIN_NUMBER}(?:\n{_PLAIN_NUMBER})*")
 # The pattern includes the forms that Microsoft's C library used to write, such as 1.#INF.
@@ -32,7 +32,7 @@ _NOT_FINITE = re.compile(
     r"[+-]?(?:nan(?:\([a-z0-9_]*\))?|inf(?:inity)?|[0-9]+\.?#(?:ind|inf|qnan|snan)[0-9]*)",
     re.IGNORECASE,
 )
-# The sign # begins a comment, but in 1.#IND it is part of the number.
+# The character # begins a comment, but in 1.#IND it is part of the number.
 _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IGNORECASE)
 _CUT_NUMBER = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
 # A repeat count and a value, as in Fortran's list-directed output.
@@ -221,8 +221,8 @@ def best_dialect(
         for count, times in Counter(counts).items():
             if count is None or count < 2:
                 continue
-            # Rows with an expected number of columns count twice. Nevertheless, a few such rows
-            # lose against many rows with another number of columns.
+            # Rows with an expected number of columns count twice. Nevertheless, many rows with
+            # another number of columns outweigh a few such rows.
             fits = count in fitting
             if (times * (1 + fits), fits) > best:
                 best = (times * (1 + fits), fits)

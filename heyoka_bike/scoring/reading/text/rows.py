@@ -27,8 +27,8 @@ from heyoka_bike.scoring.reading.text.opening import (
     row_error,
 )
 
-# Number of rows whose digits are counted in the first block, and in each later block or in a block
-# that is read line by line.
+# Number of rows whose digits are counted: first in the first block, then in each later block. The
+# second number also applies to a block that is read line by line.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
 # Maximum number of fields in a line. It exceeds the maximum number of columns, because quotes and
 # blanks at the ends may add fields.
