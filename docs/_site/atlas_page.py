@@ -64,9 +64,9 @@ def found_in(atlas):
         "recovers": "\n".join([*HEAD, *rows]),
         "energy": f"At {rates[at_two]:.2g} rad/s the bicycle converges to steady straight running "
         f"from {speeds[stays[:, at_two]].min():.2f} m/s, although "
-        "this speed is unstable by the linear equations.",
+        "straight running at this speed is unstable according to the linear equations.",
         "inside": f"Inside the linearly stable range {100 * np.mean(part == FALLS):.0f} % of the "
-        f"initial conditions in the map fall. No motion recovers from more than "
+        f"initial conditions in the map lead to a fall. No motion recovers from more than "
         f"{rates[recovers.any(axis=0)].max():.2f} rad/s, or from a lean of more than "
         f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°). If "
         f"both wheels have to press on the floor, the limit is {lean[both].max():.3f} rad.",

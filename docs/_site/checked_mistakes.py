@@ -119,8 +119,8 @@ def lines():
         said = f"{named}" if named == expected else f"**{named or 'not seen'}**, not {expected}"
         rows.append(f"| `{m.code}` | {said} | {f'`{worst}`' if worst else ''} | {values} |")
     return [
-        f"Of {len(IN_MODEL)} mistakes in the model {seen} are seen, {right} of them at the level "
-        "where they enter.",
+        f"Of {len(IN_MODEL)} mistakes in the model {seen} are seen, {right} of them at the first "
+        "level that depends on them.",
         "",
         "| mistake | first level that is wrong | worst column | one parameter that explains it |",
         "|---|---|---|---|",

@@ -184,7 +184,7 @@ def falling(programs):
         *before, last = (r["digits"] for r in p.family) if p.family else (0.0,)
         if before and last - max(before) > FALLS:
             names.append(p.name)
-    said = "In these programs the best run is the one with the finest step or tolerance"
+    said = "The best run of these programs is the run with the finest step or tolerance"
     return f"{said}: {'; '.join(names)}."
 
 
@@ -198,7 +198,8 @@ def left_out(document):
     ]  # fmt: skip
     said = [f"Programs that were not installed: {'; '.join(absent)}."] if absent else []
     if failed:
-        said.append(f"Failed runs, with their number and first message: {'; '.join(failed)}.")
+        what = "These programs have failed runs (number of runs, and message of the first)"
+        said.append(f"{what}: {'; '.join(failed)}.")
     return " ".join(said) or "Every program was installed, and every run finished."
 
 

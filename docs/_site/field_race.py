@@ -47,7 +47,9 @@ def _summary(rows, programs, maneuver):
     said = f"{wrong} of these {len(rows)} runs have fewer than three correct digits in maneuver "
     said += f"{maneuver}."
     own = [p.name for p, *_ in rows if p.said["kind"] == "own"]
-    said += f" Runs of this project, not counted as programs: {'; '.join(own)}." if own else ""
+    if own:
+        said += " These runs are from this project, and do not count as programs: "
+        said += f"{'; '.join(own)}."
     return f"{said} Programs without a passing run: {'; '.join(none)}." if none else said
 
 
