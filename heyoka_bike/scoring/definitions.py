@@ -589,15 +589,16 @@ def _with_odds_against_unknown(
             # A wrong or unknown motion does not show the definition of this column.
             continue
         rows = s.error(key, u)
-        if len(rows) >= FEWEST_ROWS and roughness(rows).is_white:
-            # An error that is noise does not indicate another definition.
-            continue
         off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
         # Ignore a few bad rows, because they do not indicate another definition.
         errors = np.sort(np.abs(rows))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
+        # An error that is noise does not indicate another definition.
+        is_noise = len(rows) >= FEWEST_ROWS and roughness(rows).is_white
+        if error > allowed and is_noise:
+            continue
         if error > allowed:
             odds -= min(
                 _INDEPENDENT_VALUES * float(np.log(error / allowed)), _LOG_ODDS_AGAINST_ODD_ROW

@@ -7,6 +7,7 @@ python tests/games/library_game.py --collect tests/scoring/drawn
 """
 
 import argparse
+import re
 import sys
 import tempfile
 import traceback
@@ -154,7 +155,7 @@ def _compared(drawn, found, expected):
         return "accused", f"{said}: {' '.join(f.message for f in found.findings)}"
     if expected.passed and not found.passed:
         return "requirement failed", f"{said}: {' '.join(f.message for f in found.findings)}"
-    if _said(found).partition(",")[0] != _said(expected).partition(",")[0]:
+    if re.split("[,;]", _said(found))[0] != re.split("[,;]", _said(expected))[0]:
         return "verdict differs", said
     return "twin", ""
 

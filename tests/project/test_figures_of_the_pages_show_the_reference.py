@@ -401,7 +401,7 @@ def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, re
     time, lean = leans.get_data()
     roll = reference[2].evaluate(time[time < 10], "roll_angle")["roll_angle"]
     assert np.abs(np.abs(roll) - lean[time < 10]).max() < 1e-13
-    weave = said(page["settling"], "eigenvalue at that speed, weave [1/s]")
+    weave = said(page["settling"], "eigenvalue at the final speed, weave [1/s]")
     (start, end), (first, last) = line.get_data()
     # The eigenvalue belongs to the speed that is rounded to binary64.
     assert np.log(last / first) / (end - start) == pytest.approx(weave, rel=1e-12)

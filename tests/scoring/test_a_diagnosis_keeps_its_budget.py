@@ -44,6 +44,8 @@ def exchanged(reference, other_error):
     """
     columns = exact_columns(reference[2])
     columns["roll_angle"], columns["steer_angle"] = columns["steer_angle"], columns["roll_angle"]
+    # The rates would show the exchange without a search.
+    del columns["roll_rate"], columns["steer_rate"]
     for key, values in columns.items():
         error = 1e-4 if key in ("roll_angle", "steer_angle") else other_error
         size = error * float(np.max(np.abs(values)))

@@ -49,8 +49,8 @@ def test_a_wheel_that_leaves_the_floor_a_little_is_no_wrong_energy(results, refe
 
 @pytest.mark.parametrize("key", ["potential_energy", "kinetic_energy"])
 def test_an_energy_that_is_computed_wrongly_is_named(results, reference, key):
-    wrong = changed(results, key, lambda time: 0.01 * np.sin(3.0 * time), (1, 2))
+    wrong = changed(results, key, lambda time: 0.1 * np.sin(3.0 * time), (1, 2))
     (one,) = found(wrong, reference)
     assert one.evidence["column"] == key
     assert one.evidence["maneuvers"] == [1, 2]
-    assert one.evidence["off"] == pytest.approx(0.01, rel=1e-2)
+    assert one.evidence["off"] == pytest.approx(0.1, rel=1e-2)

@@ -85,7 +85,9 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
     is_general = all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found)
-    if is_general and not _is_jumping(_roughness(c, hidden=0.0)):
+    jumps = _roughness(c, hidden=0.0)
+    is_noise = jumps is not None and _is_jumping(jumps) and jumps.part > _PART_OF_ROWS_ROUGH
+    if is_general and not is_noise:
         # An integrator could explain all evidence found so far, so also report that the error is
         # smooth.
         found = (*found, SmoothError(missing))
