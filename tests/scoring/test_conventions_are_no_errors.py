@@ -72,7 +72,8 @@ def test_diagnose_says_them_first(reference, tmp_path, capsys, monkeypatch):
 def test_without_any_diagnose_names_the_default_ones(reference, capsys, monkeypatch):
     monkeypatch.setattr(diagnosis, "diagnosed", lambda report, *_: report)
     assert main(["diagnose", str(reference.folder / "uncontrolled-bicycle.txt")]) == 0
-    assert "SI units, roll and steer positive to the right" in capsys.readouterr().out.split("\n\n")[1]
+    conventions = capsys.readouterr().out.split("\n\n")[1]
+    assert "SI units, roll and steer positive to the right" in conventions
 
 
 # The mean of two different speeds is not the speed of any point of the bicycle.
