@@ -12,6 +12,7 @@ from typing import Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.cause_words import (
     UNIT_OF_VALUE,
+    acceleration_words,
     accelerations_words,
     count_words,
     equation_words,
@@ -39,14 +40,11 @@ _CHECK_FORCES = (
     "The only applied force of the benchmark is gravity. Check which other forces your program "
     "applies, by default or in its joints, and that its equations have all terms"
 )
-_CHECK_FLOOR = "Check that the floor is horizontal, and the direction of gravity"
 _CHECK_TERMS = "Check that the equations of your program have all terms"
 _ABOUT_STARTS = (
     ". These initial velocities violate the rolling constraints. The simulation of heyoka_bike "
     "starts with the nearest velocities that satisfy the constraints"
 )
-# The word before "acceleration" in messages, if it differs from the name of the equation.
-_ADJECTIVES = {"speed": "forward"}
 # Relative errors below this limit are not mentioned, because such values have six correct digits.
 _NEGLIGIBLE_ERROR = 1e-6
 # The message about a torque law states the torque at these fractions of the variable's range.
@@ -95,11 +93,11 @@ class Explained(Evidence):
         if first.found and self.rest is None:
             said = f"{count_words(first.found)} the error: {said}"
         said += inertia_words(first.found)
-        begins = "" if self.rank == 1 else "a less likely cause: "
-        if self.rank > 1 and len(first.mistakes) > 1:
-            begins = "a less likely cause, which needs several mistakes: "
-        if self.rank == 1 and self.rest is not None:
-            begins = "the error looks like this: "
+        if self.rank == 1:
+            begins = "" if self.rest is None else "the error looks like this: "
+        else:
+            several = ", which needs several mistakes" if len(first.mistakes) > 1 else ""
+            begins = f"a less likely cause{several}: "
         text = f"{begins}{said}"
         text = f"{text[0].upper()}{text[1:]}. {self._proof()}. {self._advice()}"
         if self.rest is not None:
@@ -147,7 +145,7 @@ class Explained(Evidence):
         if self.acceleration is not None:
             where, share, factor = self.acceleration
             said += (
-                f". The {_ADJECTIVES.get(where, where)} acceleration in the file differs from the "
+                f". The {acceleration_words(where)} in the file differs from the "
                 f"exact equations by {share_words(share)}. With {with_words(first.mistakes)} in "
                 f"the equations, the difference is {short_number(factor, 1)} times smaller"
             )
@@ -167,11 +165,9 @@ class Explained(Evidence):
         first = self.hypotheses[0]
         forces = {x.name for x in first.found} & FORCES.keys()
         if forces:
-            is_of_lengths = all(FORCES[name].is_property for name in forces)
-            if is_of_lengths and all(name.startswith("side_") for name in forces):
-                return "Check the sideways coordinates of the centres of mass"
-            if all(name.startswith("slope_") for name in forces):
-                return _CHECK_FLOOR
+            checks = {FORCES[name].check for name in forces}
+            if len(checks) == 1 and (check := checks.pop()):
+                return f"Check {check}"
             is_of_terms = all(FORCES[name].is_part for name in forces)
             return _CHECK_TERMS if is_of_terms else _CHECK_FORCES
         if self.as_given:

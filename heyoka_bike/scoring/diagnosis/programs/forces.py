@@ -336,6 +336,8 @@ class Force:
         compared, because programs define the stored energy in different ways.
     is_property
         True if messages call the coefficient a parameter: a length, an angle or an inertia.
+    check
+        What to check in a program that has this force; empty for the general advice.
     """
 
     says: str
@@ -350,6 +352,7 @@ class Force:
     is_inertial: bool = False
     stores_energy: bool = True
     is_property: bool = False
+    check: str = ""
 
 
 PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
@@ -608,6 +611,8 @@ def _of_the_state() -> dict[str, Force]:
 OF_THE_STATE = _of_the_state()
 """Forces that are fitted only if no other force explains a file."""
 
+_CHECK_FLOOR = "that the floor is horizontal, and the direction of gravity"
+
 FORWARD: Mapping[str, Force] = {
     "air_drag": Force("drag coefficient (force / squared speed) at the rear frame's centre of mass",
                       "kg m-1", 0.1, _drag("v_B"), stores_energy=False),
@@ -618,7 +623,7 @@ FORWARD: Mapping[str, Force] = {
                                 stores_energy=False)))},
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
                          _slope_of_ground(_AHEAD_AXIS), turned=_weightless("RBHF"),
-                         is_property=True),
+                         is_property=True, check=_CHECK_FLOOR),
     **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
                                      _on_axles(wheels, lambda rate: -rate), stores_energy=False)
        for end, wheels, each, _ in _BRAKED_WHEELS},
@@ -666,7 +671,8 @@ FORCES: Mapping[str, Force] = {
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
-                          _slope_of_ground(_SIDE), turned=_weightless("RBHF"), is_property=True),
+                          _slope_of_ground(_SIDE), turned=_weightless("RBHF"), is_property=True,
+                          check=_CHECK_FLOOR),
     **{f"crown{end}": Force(f"radius of the {whose} cross-section", "m", 1e-3, _crown(frames),
                             is_property=True)
        for end, whose, frames in (("", "tyres'", "BH"), ("_R", "rear tyre's", "B"),
@@ -677,8 +683,8 @@ FORCES: Mapping[str, Force] = {
                      0.1, _scrub("H"), stores_energy=False),
     **{f"side_{b}": Force(f"distance of the {_BODIES[b]}'s centre of mass to the right of the "
                           "plane of symmetry", "m", 1e-3, _to_the_side(b),
-                          squared=_to_the_side_squared(b), is_inertial=True,
-                          is_property=True)
+                          squared=_to_the_side_squared(b), is_inertial=True, is_property=True,
+                          check="the sideways coordinates of the centres of mass")
        for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
