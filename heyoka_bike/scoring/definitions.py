@@ -595,14 +595,12 @@ def _with_odds_against_unknown(
         errors = np.sort(np.abs(rows))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
-        # An error that is noise does not indicate another definition.
-        is_noise = len(rows) >= FEWEST_ROWS and roughness(rows).is_white
-        if error > allowed and is_noise:
-            continue
         if error > allowed:
-            odds -= min(
-                _INDEPENDENT_VALUES * float(np.log(error / allowed)), _LOG_ODDS_AGAINST_ODD_ROW
-            )
+            # An error that is noise does not indicate another definition.
+            if len(rows) < FEWEST_ROWS or not roughness(rows).is_white:
+                odds -= min(
+                    _INDEPENDENT_VALUES * float(np.log(error / allowed)), _LOG_ODDS_AGAINST_ODD_ROW
+                )
         elif apart > error:
             odds += _INDEPENDENT_VALUES * float(np.log(apart / error))
     return replace(u, none=odds / _LN_10)

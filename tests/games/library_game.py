@@ -122,6 +122,11 @@ def _said(report):
     return report.verdict.partition(": ")[2]
 
 
+def _grade(report):
+    """Return the first words of the verdict, without the digits of the worst column."""
+    return re.split("[,;]", _said(report))[0]
+
+
 def _compared(drawn, found, expected):
     mine, plain = _columns(found), _columns(expected)
     said = f"{_said(found)} / twin {_said(expected)}"
@@ -155,7 +160,7 @@ def _compared(drawn, found, expected):
         return "accused", f"{said}: {' '.join(f.message for f in found.findings)}"
     if expected.passed and not found.passed:
         return "requirement failed", f"{said}: {' '.join(f.message for f in found.findings)}"
-    if re.split("[,;]", _said(found))[0] != re.split("[,;]", _said(expected))[0]:
+    if _grade(found) != _grade(expected):
         return "verdict differs", said
     return "twin", ""
 

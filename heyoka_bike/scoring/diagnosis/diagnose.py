@@ -24,28 +24,11 @@ from heyoka_bike.scoring.evidence.as_read import TimesRepeated
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
-from heyoka_bike.scoring.evidence.error_shape import (
-    BeginsAs,
-    EnergyKept,
-    EnergyTrend,
-    EnergyVaries,
-    NotDiagnosed,
-    RightElsewhere,
-    Unsymmetric,
-    WorkFromStart,
-)
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored_rows
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
-
-# Evidence that describes an error without naming its cause. If a stopped search found no other
-# evidence, it has not found a cause.
-_ONLY_DESCRIBING = (
-    BeginsAs, EnergyKept, EnergyTrend, EnergyVaries, NotDiagnosed, RightElsewhere, Unsymmetric,
-    WorkFromStart,
-)  # fmt: skip
 
 
 @with_usual_errors
@@ -118,7 +101,7 @@ def diagnosed(
         watch.end()
         found = Answer(distinct, (), is_whole=False)
     said = (*filter(_is_of_times, report.seen), *found.seen)
-    has_cause = not all(isinstance(x, _ONLY_DESCRIBING) for x in said)
+    has_cause = not all(x.only_describes for x in said)
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds, has_cause),)
     if any(isinstance(x, TimesRepeated) and not x.are_identical for x in report.seen):
         # Do not report that nothing is wrong if rows with different values at the same time were

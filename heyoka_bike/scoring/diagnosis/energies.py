@@ -229,13 +229,11 @@ def of_other_motions(
             _, here, there = np.intersect1d(c.trace.time, motion.time, return_indices=True)
             apart = c.trace.value[here] - own[key][there]
             shown = own[key][there] - c.trace.reference[here]
-            is_noise = 2.0 * roughness(apart).size > rms(apart)
-            is_seen = rms(apart) > TOLERANCE * float(np.ptp(c.trace.reference))
-            if (
-                is_seen
-                and not is_noise
-                and rms(apart) > CLEARLY * max(rms(shown), MAX_ROUNDING_FLOORS * floor_of(c))
-            ):
+            size = rms(apart)
+            is_noise = 2.0 * roughness(apart).size > size
+            is_seen = size > TOLERANCE * float(np.ptp(c.trace.reference))
+            explained = max(rms(shown), MAX_ROUNDING_FLOORS * floor_of(c))
+            if is_seen and not is_noise and size > CLEARLY * explained:
                 off[m.maneuver, key] = float(np.max(np.abs(apart)))
     for key, of in grouped((key, n) for n, key in off).items():
         yield EnergyOfOtherMotion(key, tuple(of), max(off[n, key] for n in of))

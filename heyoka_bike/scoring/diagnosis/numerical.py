@@ -129,10 +129,8 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
 
-def _is_jumping(rough: _Rough | None) -> bool:
+def _is_jumping(rough: _Rough) -> bool:
     """True if a visible part of an error jumps from row to row."""
-    if rough is None:
-        return False
     return rough.shape.at_one < MEANINGLESS_ERROR and rough.part > _LEAST_NOISE
 
 

@@ -31,6 +31,9 @@ class Evidence:
 
     file: str = ""
 
+    only_describes = False
+    """True for evidence that describes an error without naming its cause."""
+
     @property
     def code(self) -> str:
         """Stable name of the finding, snake_case."""

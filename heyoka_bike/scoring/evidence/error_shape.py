@@ -137,6 +137,7 @@ class WorkFromStart(Evidence):
     powers: Mapping[int, float]
     forces: Mapping[int, float]
 
+    only_describes = True
     code = "work_from_start"
     severity = Severity.WARNING
 
@@ -175,6 +176,7 @@ class Unsymmetric(Evidence):
     large: int
     times: float
 
+    only_describes = True
     code = "unsymmetric"
     severity = Severity.WARNING
 
@@ -206,6 +208,7 @@ class BeginsAs(Evidence):
     order: int
     maneuvers: tuple[int, ...]
 
+    only_describes = True
     code = "begins_as"
     severity = Severity.WARNING
 
@@ -252,6 +255,8 @@ class EnergyTrend(Evidence):
     maneuvers: tuple[int, ...]
     changes: tuple[float, ...]
 
+    only_describes = True
+
     def _finding(self) -> Finding:
         every = " in every maneuver" if len(self.maneuvers) > 1 else ""
         numbers, each = list(self.maneuvers), map(str, self.maneuvers)
@@ -288,6 +293,7 @@ class EnergyVaries(Evidence):
     largest: Mapping[int, tuple[float, float]]
     until: float | None = None
 
+    only_describes = True
     code = "energy_varies"
 
     def message(self) -> str:
@@ -360,6 +366,7 @@ class EnergyKept(Evidence):
     left: float
     exchanged: Mapping[int, float]
 
+    only_describes = True
     code = "energy_kept"
 
     def message(self) -> str:
@@ -504,6 +511,7 @@ class RightElsewhere(Evidence):
     max_rel_error: float
     is_rest: bool = False
 
+    only_describes = True
     code = "right_elsewhere"
 
     def message(self) -> str:
@@ -526,6 +534,7 @@ class NotDiagnosed(Evidence):
 
     keys: tuple[str, ...]
 
+    only_describes = True
     code = "not_diagnosed"
 
     def message(self) -> str:

@@ -306,7 +306,7 @@ def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, A
 
 
 def _without_cells(members: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace each cell array with its only element, columns by their names, or maneuvers."""
+    """Replace each cell array with what it contains: one value, named columns, or maneuvers."""
     found = {n: x for n, x in members.items() if not _is_cell(x)}
     for name, x in members.items():
         if not _is_cell(x):
