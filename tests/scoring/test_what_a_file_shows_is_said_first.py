@@ -151,6 +151,16 @@ def test_rows_sorted_as_text_are_told_so(reference):
     assert "not in the order of their times" in found.message
 
 
+def test_the_example_of_unsorted_rows_is_from_an_unsorted_maneuver(reference):
+    rows = np.array(sorted(range(1001), key=str))
+    again = np.r_[:500, np.full(50, 500), 550:1001]
+    report = report_of(
+        reference, lambda key, values, m: values[{1: again, 3: rows}.get(m, slice(None))]
+    )
+    (found,) = diagnosed(report, reference).diagnosis
+    assert "In maneuver 3, for example" in found.message
+
+
 def test_many_rows_that_are_left_out_are_told_by_their_time(reference):
     rows = np.r_[:321, 358:1001]
     table = {"time": 0.01 * np.arange(len(rows))}

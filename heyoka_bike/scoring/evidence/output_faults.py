@@ -784,25 +784,26 @@ class OtherTimes(Evidence):
 
     def message(self) -> str:
         rows, of = sum(x.rows for x in self.found.values()), sum(x.of for x in self.found.values())
-        number, first = next(iter(self.found.items()))
-        if any(x.is_disordered for x in self.found.values()):
-            written, exact = first.example
+        unsorted = next((n for n, x in self.found.items() if x.is_disordered), None)
+        if unsorted is not None:
+            written, exact = self.found[unsorted].example
             return (
                 "The rows contain the exact motion, but not in the order of their times. In "
-                f"maneuver {number}, for example, the row at {written:.6g} s belongs to "
+                f"maneuver {unsorted}, for example, the row at {written:.6g} s belongs to "
                 f"{exact:.6g} s. Check how rows are sorted (times as text?) and joined"
             )
         least = min(x.ahead[0] for x in self.found.values())
         most = max(x.ahead[1] for x in self.found.values())
-        when = _between(least, most)
+        when = _beside(least, most)
         if rows < MOST_ROWS * of:
+            number, first = next(iter(self.found.items()))
             return (
                 f"{rows} of {of} rows, in maneuver {number} from {first.first:.6g} to "
-                f"{first.last:.6g} s, contain the exact motion {when} than their written times. "
+                f"{first.last:.6g} s, are right for times {when} the written ones. "
                 "Check whether rows are skipped, or old values written again"
             )
         return (
-            f"Each row contains the exact motion {when} than the time written. Check "
+            f"Each row is right for a time {when} the written one. Check "
             "how the times are written, and whether rows are saved before or after a step, and at "
             "the requested times or at the nearest steps"
         )
@@ -1012,14 +1013,15 @@ def _later(seconds: float) -> str:
     return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
 
 
-def _between(least: float, most: float) -> str:
-    """Describe a range of times, or their mean if the range is small."""
-    if CLEARLY * (most - least) < abs(most + least):
-        return _later((least + most) / 2)
-    if least * most <= 0.0:
-        return f"{_later(least)} to {_later(most)}"
+def _beside(least: float, most: float) -> str:
+    """Say how far times are before or after others, by a range, or by its mean if it is small."""
     near, far = sorted((least, most), key=abs)
-    return f"{abs(near):.3g} to {_later(far)}"
+    if CLEARLY * (most - least) < abs(most + least):
+        near = far = (least + most) / 2
+    if near * far < 0.0:
+        return f"{-least:.3g} s before to {most:.3g} s after"
+    span = f"{abs(far):.3g} s {'after' if far > 0.0 else 'before'}"
+    return span if near == far else f"{abs(near):.3g} to {span}"
 
 
 def _scaled(x: Scaled, unit: str) -> str:
