@@ -36,9 +36,13 @@ class AtOtherTimes:
     def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the errors in scales at the times `meant`, and True for rows within the run."""
         rows = (meant >= 0.0) & (meant <= self.end)
-        right = self._reference.approximate(np.clip(meant, 0.0, self.end), self._names)
+        return self._values - self._exact(np.clip(meant, 0.0, self.end)), rows
+
+    def _exact(self, times: Array) -> Array:
+        """Return the exact columns at times within the run, in scales."""
+        right = self._reference.approximate(times, self._names)
         each = [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
-        return self._values - np.array(each), rows
+        return np.array(each)
 
     def nearest(self) -> Array:
         """Return for each row the time at which the exact columns are nearest to it [s].
@@ -46,10 +50,7 @@ class AtOtherTimes:
         The best of many times of the run is improved by Newton's method.
         """
         every = np.linspace(0.0, self.end, _TIMES_TRIED)
-        right = self._reference.approximate(every, self._names)
-        there = np.array(
-            [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
-        )
+        there = self._exact(every)
         squares = np.sum(there**2, axis=0)
         best = [
             np.argmin(squares[:, None] - 2.0 * there.T @ rows, axis=0)
