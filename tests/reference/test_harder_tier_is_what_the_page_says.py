@@ -189,7 +189,8 @@ def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, caps
 @pytest.mark.proof
 def test_grades_and_tolerances_are_those_of_the_page():
     page, tables = PAGE.read_text(), TABLES.read_text()
-    assert "**Grades.** " + ", ".join(map(str, GRADES[:-1])) + f" and {GRADES[-1]}:" in page
+    grades = ", ".join(map(str, GRADES[:-1])) + f" and {GRADES[-1]}."
+    assert f"**Grades.** The grades are {grades}" in page
     assert f"rtol = atol = {TIGHT['DOP853']:g}, Radau {TIGHT['Radau']:g}" in tables
     assert TIGHT["DOP853"] == TIGHT["LSODA"]
 

@@ -118,7 +118,7 @@ def test_eigenvalues_are_those_of_the_linear_equations(bicycle, name):
     rows = {row[0]: row[1].replace("`", "") for row in committed()["settling"]}
     with mpmath.workdps(60):
         v = mpmath.mpf(rows["final speed [m/s]"])
-        real, _, imaginary = rows[f"eigenvalue at that speed, {name} [1/s]"].partition(" +- ")
+        real, _, imaginary = rows[f"eigenvalue at the final speed, {name} [1/s]"].partition(" +- ")
         s = mpmath.mpc(real, imaginary.removesuffix(" i") or 0)
         k = linearise(bicycle, 50)
         a, b, c, d = (

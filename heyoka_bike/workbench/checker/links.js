@@ -73,12 +73,12 @@ function linked(found) {
   const counts = MANEUVERS.map((n) => [cells.filter((c) => c.maneuver === n).length, n]).filter(([count]) => count);
   const [fewest, where] = counts.reduce((a, b) => (b[0] < a[0] ? b : a)), isComplete = fewest === keys.length;
   const place = counts.some(([count]) => count !== fewest) ? ` in ${phrases.maneuver} ${where}` : "";
-  const columns = isComplete ? "" : `: ${fewest} ${phrases.of_all} ${keys.length} ${phrases.columns}${place}`;
+  const columns = isComplete ? "" : ` (${fewest} ${phrases.of_all} ${keys.length} ${phrases.columns}${place})`;
   const isWhole = found.whole && isComplete;
   const how = grade < styles.indexOf("wrong") && !isWhole ? phrases.in_part + columns : "";
   const shown = oneDecimal(worst.digits);
   const digits = Number(shown) <= 0 ? phrases.no_digit : `${phrases.worst} ${shown} ${phrases.correct_digits}`;
-  const line = `shared, not checked here: ${words[grade]}${how}, ${digits} (${label(worst)})`;
+  const line = `shared, not checked here: ${words[grade]}${how}; ${digits} (${label(worst)})`;
   return { name: found.name, line, style: "shared", cells, isWhole, remarks: ["this link contains a result, not the file: drop the file to judge it"], file: null };
 }
 
