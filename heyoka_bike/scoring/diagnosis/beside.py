@@ -63,10 +63,11 @@ def faults_beside(
     if not has_usual_energy(causes[0]):
         parts = [part.only([k for k in part.values if not k.endswith("_energy")]) for part in parts]
     found: list[Evidence] = []
+    compared = scored_rows(report, parts, reference)
     for check in ROW_CHECKS:
         if not (check.is_of_motion and parts):
             continue
-        undone = run_check(check, scored_rows(report, parts, reference))
+        undone = run_check(check, compared)
         if undone is not None:
             found += undone.seen
             kept = (
@@ -74,6 +75,7 @@ def faults_beside(
                 for part in undone.parts
             )
             parts = [part for part in kept if part.has_values()]
+            compared = scored_rows(report, parts, reference)
     if not (found and parts):
         return None
     own = tuple(replace(part, reference=reference[part.number]) for part in parts)

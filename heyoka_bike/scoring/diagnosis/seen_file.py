@@ -50,6 +50,10 @@ _BEGINNING = 1.0
 # this number.
 _PROGRAMS_AT_ONCE = 32
 
+# Number of rows by which definitions are ranked, see `_by_other_definitions`. They are 0.04 s apart
+# in a whole run, which resolves the fastest mode of the bicycle (20 1/s).
+_ROWS_FOR_PROMISE = 250
+
 _EDITED = step_log.Step("edited", "is a column also offset or scaled, besides a wrong value?")
 
 Expected = Sequence[Columns]
@@ -435,16 +439,19 @@ class FileUnderTest:
         library: Sequence[Mistake] = (),
         causes: tuple[Cause, ...] = (),
         converged: float = CONVERGED,
+        parts: Sequence[Part] | None = None,
     ) -> Residual | None:
         """Return the residual under one interpretation of the file; None if it shows no motion.
 
-        Columns with other definitions are converted to the default ones with the lengths of the
-        program with these causes, iterating until changes are below `converged` [SI].
+        `parts` are the rows that are used, by default all. Columns with other definitions are
+        converted to the default ones with the lengths of the program with these causes, iterating
+        until changes are below `converged` [SI].
         """
         bicycle = apply(self.program, causes).motion.bicycle
         equations = Equations.binary64(bicycle)
         parameters = {name: float(x) for name, x in bicycle.values.items()}
-        seen = (observe(p.part, understood, equations, parameters, converged) for p in self._parts)
+        used = [p.part for p in self._parts] if parts is None else parts
+        seen = (observe(part, understood, equations, parameters, converged) for part in used)
         motions = [m for m in seen if m is not None]
         return Residual(motions, self.program, library, self._deadline) if motions else None
 
@@ -454,14 +461,18 @@ class FileUnderTest:
         """Return the residual with other definitions of roll and speed, or None.
 
         An error of the motion hides which definitions the file uses. So choose those under which a
-        single unknown, to first order, explains most of the residual. None if no cause explains all
-        of it.
+        single unknown, to first order, explains most of the residual. They are ranked by a few rows
+        of the maneuver that leans most, in which they differ most. None if no cause explains all of
+        the residual.
         """
-        taken, most = understood, self._promise(understood)
+        parts = [p.part for p in self._parts]
+        leaning = max(parts, key=lambda part: _largest_lean(part, understood))
+        few = leaning.at(spread(len(leaning.time), _ROWS_FOR_PROMISE))
+        taken, most = understood, self._promise(understood, few)
         for keys in (("roll_angle", "roll_rate"), ("forward_speed",)):
             before, begun = most, taken
             for read in other_definitions(taken, keys):
-                promise = self._promise(read)
+                promise = self._promise(read, few)
                 if promise > most:
                     taken, most = read, promise
                 if most > BY_FAR * before:
@@ -473,9 +484,9 @@ class FileUnderTest:
                 return made
         return None
 
-    def _promise(self, understood: Understandings) -> float:
+    def _promise(self, understood: Understandings, part: Part) -> float:
         """Return the rank of an interpretation, see `Residual.promise`; 0 if it has no motion."""
-        found = self._put_in(understood, converged=RIGHT)
+        found = self._put_in(understood, converged=RIGHT, parts=[part])
         return found.promise if found is not None and found.visibility else 0.0
 
     def _key(self, program: Program) -> object:
@@ -554,6 +565,13 @@ class FileUnderTest:
 def _clearer(residual: Residual) -> tuple[bool, float]:
     """Return a sort key of a residual: greater if its interpretation of the columns is better."""
     return bool(residual.visibility), residual.promise
+
+
+def _largest_lean(part: Part, understood: Understandings) -> float:
+    """Return the largest roll angle of a part [rad]; 0 without this column."""
+    if "roll_angle" not in part.values or "roll_angle" not in understood:
+        return 0.0
+    return float(np.nanmax(np.abs(in_si(part, understood, "roll_angle")), initial=0.0))
 
 
 def _part_off(values: Array, written: Array) -> Array:
