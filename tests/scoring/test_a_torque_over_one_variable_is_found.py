@@ -1,46 +1,19 @@
 """A torque that depends on a single angle or rate is found as a function, whatever its form."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 pytest.importorskip("heyoka")
 
 
-from generators.made_results import made
-from generators.mistaken_programs import correct
-from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.definitions import understand
+from generators.pushed_motions import exact_motions, with_torque
 from heyoka_bike.scoring.diagnosis.conclusions import TorqueLaw
-from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.residual.laws import hats
-from heyoka_bike.scoring.diagnosis.residual.observed import observe, state_vector
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 
 
 @pytest.fixture(scope="module")
 def motions(reference):
-    equations = Equations.binary64(correct(reference).motion.bicycle)
-    parts = align(made(reference), reference).parts
-    understood = understand(parts)
-    return equations, [observe(part, understood, equations) for part in parts]
-
-
-def with_torque(reference, motions, equation, torque):
-    """The residual of the exact motion, with the accelerations that an additional torque causes."""
-    equations, seen = motions
-    pushed = []
-    for m in seen:
-        state = state_vector(equations, m.state.__getitem__)
-        force = [0.0 * m.time] * 3
-        force[equation] = torque(m.state, m.time)
-        added = np.array(Moving(equations, state).added(force))
-        added[2] *= equations.k.length
-        pushed.append(replace(m, accelerations=m.accelerations + added @ m.windows.T))
-    return Residual(pushed, correct(reference), EQUATION_MISTAKES[:1])
+    return exact_motions(reference)
 
 
 # None of the known forces has these laws: regularised friction, a stop with play, and a hardening

@@ -211,7 +211,8 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
         yield TorqueLaw(causes.law)
         return
     is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
-    yield ForceUnexplained(_left(causes), is_beside, is_end, () if is_beside else _closest(causes))
+    closest, loads = ((), ()) if is_beside else (_closest(causes), causes.loads)
+    yield ForceUnexplained(_left(causes), is_beside, is_end, closest, loads)
 
 
 def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:

@@ -5,8 +5,8 @@ Evidence that needs no simulation is in `scoring.evidence`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -28,10 +28,11 @@ from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
+from heyoka_bike.scoring.diagnosis.residual.loads import CONSTANT, LOADS, TIME, FittedLoad
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_units
-from heyoka_bike.scoring.evidence.words import scale_words, short_number
+from heyoka_bike.scoring.evidence.words import either, scale_words, short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR
@@ -456,17 +457,22 @@ class ForceUnexplained(Evidence):
         True if the search ended with it, and two mistakes at once were not tried.
     closest : tuple of Hypothesis
         Causes that explain a part of the residual, though not enough.
+    loads : tuple of FittedLoad
+        Forces or torques at one place that explain the residual with any size, the best first.
     """
 
     left: LeftOfEquations
     is_beside: bool
     is_end: bool
     closest: tuple[Hypothesis, ...] = ()
+    loads: tuple[FittedLoad, ...] = ()
 
     code = "term_unexplained"
     severity = Severity.WARNING
 
     def message(self) -> str:
+        if self.loads:
+            return _load_words(self.loads)
         what = (
             "The remaining error is larger than an integrator's. It is a nonlinear effect of this "
             "mistake, or it has another cause"
@@ -489,7 +495,39 @@ class ForceUnexplained(Evidence):
         return said
 
     def numbers(self) -> Mapping[str, Any]:
-        return {**_residual(self.left), "closest": [list(h.codes) for h in self.closest]}
+        return {
+            **_residual(self.left),
+            "closest": [list(h.codes) for h in self.closest],
+            "loads": [asdict(x) for x in self.loads],
+        }
+
+
+def _load_words(loads: Sequence[FittedLoad]) -> str:
+    """Say where a force acts, how large it is, and what it varies with."""
+    best, *others = loads
+    unit = LOADS[best.load].unit
+    said = (
+        f"The program applies {LOADS[best.load].says}, or lacks a term that acts like this. Its "
+        "size was fitted in every part of the run: with it, the file satisfies the equations "
+        f"{short_number(best.relief)} times better. "
+    )
+    if best.varies_with == CONSTANT:
+        said += f"The size is nearly constant, {best.coefficient:.2g} {unit}"
+    else:
+        said += (
+            f"The size is largest at {best.time:.2f} s in maneuver {best.maneuver}: "
+            f"{best.size:.2g} {unit}"
+        )
+    if best.varies_with == TIME:
+        said += ". It is the same function of time in every maneuver"
+    elif best.varies_with and best.varies_with != CONSTANT:
+        per = "" if best.varies_with.endswith("angle") else " s"
+        said += f". It is nearly {best.coefficient:.2g} {unit}{per}/rad times the "
+        said += best.varies_with
+    if others:
+        rest = either([LOADS[x.load].says for x in others])
+        said += f". It may also be {rest}: the file does not distinguish them"
+    return said
 
 
 @dataclass(frozen=True, slots=True)

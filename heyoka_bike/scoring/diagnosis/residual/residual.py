@@ -45,6 +45,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets
+from heyoka_bike.scoring.diagnosis.residual.loads import FittedLoad, Windows, find_loads
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import (
     STATE_KEYS,
@@ -242,6 +243,40 @@ class Residual:
             self.floors,
         )
         return found if found and found.relief > CLEARLY else None
+
+    @cached_property
+    def loads(self) -> tuple[FittedLoad, ...]:
+        """Loads that explain the residual, with any size, the best first."""
+        count = len(self.equations)
+        sizes = np.maximum(self._before * self._sizes, self.floors)
+
+        def by_maneuver(blocks: Sequence[Array]) -> list[Array]:
+            each = [x / size for x, size in zip(blocks, sizes, strict=True)]
+            return [np.array(each[i : i + count]) for i in range(0, len(each), count)]
+
+        floors = (self.floors / sizes)[:, None]
+        moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
+        return find_loads(
+            moving,
+            Windows(
+                by_maneuver(self.weighted(self.observed - self._right)),
+                [floors[i : i + count] for i in range(0, len(floors), count)],
+                lambda x: by_maneuver(self.weighted(self._averages(x))),
+                [m.number for m in self.motions],
+                [m.windows @ m.time for m in self.motions],
+                {
+                    name: [
+                        m.windows @ x
+                        for m, x in zip(
+                            self.motions,
+                            np.split(np.asarray(moving.state[i]), self._ends),
+                            strict=True,
+                        )
+                    ]
+                    for name, i in PLACE_IN_STATE.items()
+                },
+            ),
+        )
 
     @cached_property
     def promise(self) -> float:
