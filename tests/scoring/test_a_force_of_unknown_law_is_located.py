@@ -7,6 +7,7 @@ pytest.importorskip("heyoka")
 
 
 from generators.pushed_motions import exact_motions, with_force, with_torque
+from heyoka_bike.scoring.diagnosis.answers import acts_elsewhere
 from heyoka_bike.scoring.diagnosis.conclusions import ForceUnexplained, LeftOfEquations
 from heyoka_bike.scoring.diagnosis.residual.loads import CONSTANT, LOADS, TIME
 
@@ -83,3 +84,22 @@ def test_the_sentence_says_where_and_how_large(reference, motions):
     assert "nearly 2 N m/rad times the roll angle" in said
     said = words(with_torque(reference, motions, 1, lambda s, _: 0.3 * s["roll_rate"]))
     assert "nearly 0.3 N m s/rad times the roll rate" in said
+
+
+def test_a_cause_that_only_resembles_the_force_is_not_named(reference, motions):
+    """Linear drag resembles drag in proportion to the square of the speed."""
+
+    def force(moving, state, time):
+        return [-0.5 * x for x in moving.powers(LOADS["drag"].law(moving))]
+
+    residual = with_force(reference, motions, force)
+    assert residual.best.codes == ("other_air_drag",)
+    assert [(x.load, x.coefficient) for x in residual.loads] == [("drag", pytest.approx(-0.5))]
+    assert acts_elsewhere(residual)
+
+
+def test_a_cause_that_explains_all_is_named_though_a_load_resembles_it(reference, motions):
+    """A steer torque in proportion to the steer rate is a damper, which is in the library."""
+    damped = with_torque(reference, motions, 1, lambda s, _: -0.1 * s["steer_rate"])
+    assert damped.best.codes == ("other_steer_damping",)
+    assert not acts_elsewhere(damped)

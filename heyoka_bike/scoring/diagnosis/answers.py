@@ -197,20 +197,29 @@ def _integrator(causes: Residual | None) -> Integrator | None:
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
     """Yield the cause that explains nearly all of the residual, but not the whole run."""
-    best = causes.best if causes else None
-    if best is not None:
-        yield Direction(best)
+    if causes is not None and causes.best is not None and not acts_elsewhere(causes):
+        yield Direction(causes.best)
+
+
+def acts_elsewhere(causes: Residual) -> bool:
+    """True if a load explains clearly more than the best cause, which only resembles it."""
+    best = causes.best
+    return best is not None and any(x.relief > CLEARLY * best.relief for x in causes.loads)
 
 
 def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]:
     """Yield the evidence of an unexplained force; as a torque law if one variable determines it."""
     causes = diagnosis.causes
-    if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
+    if causes is None or causes.visibility is Visibility.NOTHING:
         return
+    is_elsewhere = acts_elsewhere(causes)
+    if not (causes.is_open or is_elsewhere):
+        return
+    is_beside = causes.best is not None and not is_elsewhere
     if causes.best is None and causes.law is not None:
         yield TorqueLaw(causes.law)
         return
-    is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
+    is_end = diagnosis.stops_at_unknown_force
     closest, loads = ((), ()) if is_beside else (_closest(causes), causes.loads)
     yield ForceUnexplained(_left(causes), is_beside, is_end, closest, loads)
 
