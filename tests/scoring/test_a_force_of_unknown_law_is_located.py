@@ -38,7 +38,9 @@ SIZES = {
 
 
 @pytest.mark.parametrize("varies_with", SIZES)
-@pytest.mark.parametrize("name", ["steer_axis", "rear_roll", "rear_side", "front_yaw", "weight"])
+@pytest.mark.parametrize(
+    "name", ["steer_axis", "rear_roll", "rear_side", "front_yaw", "ground_side", "weight"]
+)
 def test_the_load_and_what_it_varies_with_are_found(reference, motions, name, varies_with):
     def force(moving, state, time):
         size = SIZES[varies_with](state, time)
@@ -59,6 +61,19 @@ def test_the_load_and_what_it_varies_with_are_found(reference, motions, name, va
         assert best.coefficient == pytest.approx(0.3, rel=1e-3)
     elif varies_with:
         assert best.coefficient == pytest.approx(2.0, rel=0.05)
+
+
+def test_gravity_that_begins_late_is_reported_where_it_is_missing(reference, motions):
+    """Upright at the start, a weight changes little, but later it does not lack at all."""
+
+    def force(moving, state, time):
+        lacking = -9.81 * np.clip(1.0 - time / 0.6, 0.0, None)
+        return [lacking * x for x in moving.powers(LOADS["weight"].law(moving))]
+
+    best = with_force(reference, motions, force).loads[0]
+    assert best.load == "weight"
+    assert 0.0 < best.time < 0.5
+    assert -9.81 < best.size < -4.0
 
 
 def test_forces_at_two_places_are_no_load(reference, motions):

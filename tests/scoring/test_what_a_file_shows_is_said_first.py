@@ -11,7 +11,7 @@ pytest.importorskip("heyoka")
 from generators.correct_programs import fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
 from heyoka_bike.scoring.reading.source import read_results
@@ -410,6 +410,25 @@ def test_a_right_potential_energy_shows_that_the_angles_are_written_wrongly(refe
 
     found = columns_apart(report_of(reference, compressed))
     assert {*found.evidence["columns"]} == {"roll_angle", "roll_rate", "steer_angle", "steer_rate"}
+
+
+@pytest.mark.parametrize("is_noise", [True, False])
+def test_noise_of_columns_that_are_wrong_alone_is_named(is_noise, reference):
+    random = np.random.default_rng(5)
+
+    def measured(key, values, _):
+        if key not in LATERAL:
+            return values
+        wave = np.sin(np.linspace(0.0, 7.0, len(values)))
+        off = random.normal(size=len(values)) if is_noise else wave
+        return values + 0.005 * np.max(np.abs(values)) * off
+
+    found = diagnosed(report_of(reference, measured), reference).diagnosis
+    assert [f.code for f in found if f.code in ("columns_apart", "rough_error")] == (
+        ["columns_apart", "rough_error"] if is_noise else ["columns_apart"]
+    )
+    rough = [f.message for f in found if f.code == "rough_error"]
+    assert all("The error jumps from row to row like noise" in message for message in rough)
 
 
 def test_two_right_columns_are_enough(reference):

@@ -114,7 +114,8 @@ def answers(
         # If only these columns are wrong, their wrong first rows indicate wrong output, not wrong
         # initial conditions.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
-        return (*first, whole, replace(nothing, is_of_output=True))
+        rough = numerical.noise(report, whole.columns)
+        return (*first, whole, *rough, replace(nothing, is_of_output=True))
     energies = _energies(diagnosis.causes, report)
     if whole is not None:
         return (*first, whole, *energies)

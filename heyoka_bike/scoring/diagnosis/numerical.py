@@ -1,6 +1,6 @@
 """Describe the shape of an error that no mistake of the model explains."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -77,8 +77,9 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE_KEYS if key not in there)
+    every = {c.key for m in report.maneuvers for c in m.columns}
     # A negligible error needs no explanation by noise.
-    rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
+    rough = tuple(_rough(report, every)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
         # In a right file, jumps of the error do not show loose iterations: they also occur when a
         # multistep method changes its order.
@@ -108,9 +109,22 @@ def _size(c: ColumnScore) -> float:
     return max(c.scale, 1.0) if c.unit in ("rad", "rad s-1") else c.scale
 
 
-def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:
-    """Yield the evidence of an error that jumps from row to row: noise, ringing or iterations."""
-    found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
+def noise(report: Report, keys: Collection[str]) -> tuple[RoughError, ...]:
+    """Return the evidence that some columns contain noise."""
+    return tuple(x for x in _rough(report, keys) if isinstance(x, RoughError))
+
+
+def _rough(
+    report: Report, keys: Collection[str]
+) -> Iterator[RoughError | StepRinging | IterationNoise]:
+    """Yield the evidence of errors of columns that jump from row to row.
+
+    They may be noise, ringing or iterations.
+    """
+    found = {
+        (m.maneuver, c.key): _roughness(c)
+        for m in report.maneuvers for c in m.columns if c.key in keys
+    }  # fmt: skip
     jumping = {place: r for place, r in found.items() if r is not None and _is_jumping(r)}
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}

@@ -62,6 +62,8 @@ LOADS: Mapping[str, Load] = {
        for way, axis, kind in (("forward", _X, "a force along the heading"),
                                ("side", _Y, "a force to the side"),
                                ("vertical", _Z, "a vertical force"))},
+    "ground_side": Load("a force along the ground's y axis at the centre of mass of the rear frame",
+                         "N", lambda m: {"v_B": m.ground(_Y)}),
     "drag": Load("a force along the velocity of the rear frame's centre of mass", "N s/m",
                   lambda m: {"v_B": m.now["v_B"]}),
     "weight": Load("a vertical force on all bodies in proportion to their masses", "N/kg",
@@ -86,7 +88,7 @@ class FittedLoad:
         Factor by which the residual of the equation that falls least falls, a geometric mean over
         the maneuvers.
     size
-        Largest size, with its sign, where the load acts clearly [unit of the load].
+        Largest size, with its sign, where it changes the accelerations [unit of the load].
     maneuver, time
         Where it has this size [s].
     varies_with
@@ -178,8 +180,9 @@ def _at(name: str, moving: Moving, windows: Windows) -> FittedLoad:
 
 
 def _where_it_acts(size: Array, weight: Array) -> Array:
-    """Return the magnitude of a size; 0 where the load hardly acts, so that it is uncertain."""
-    return np.where(weight * CLEARLY > np.max(weight), np.abs(size), 0.0)
+    """Return the magnitude of a size; 0 where it changes little, because it is uncertain there."""
+    effect = np.abs(size) * weight
+    return np.where(effect * CLEARLY > np.max(effect), np.abs(size), 0.0)
 
 
 def _varies_with(
