@@ -229,6 +229,18 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
     assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
 
 
+@pytest.mark.parametrize("parameters", [{"xB": "0.01"}, {"IBxz": "-4.8"}])
+def test_starts_are_found_beside_a_value_that_the_equations_show(reference, simulator, parameters):
+    """More values are wrong than a search over all combinations would try."""
+    starts = {n: {"roll": 0.01} for n in reference}
+    file = file_of(reference, parameters, starts, level=1e-8)
+    found, _ = fitted(reference, simulator, file)
+    values = {(x.name, x.maneuver): x.value for m in found.classes[0][0].mistakes for x in m.found}
+    rolls = {n: values.pop(("initial_roll", n)) for n in reference}
+    assert rolls == pytest.approx(dict.fromkeys(reference, 0.01), rel=1e-3)
+    assert values == pytest.approx({} if "IBxz" in parameters else {("xB", None): 0.31}, rel=1e-4)
+
+
 @pytest.mark.proof
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
     """The pitch that puts both wheels on the floor is passed to the other integrator."""

@@ -185,6 +185,21 @@ def _by_equations(search: Search) -> Iterator[Hypothesis]:
     best = max(found, key=lambda h: h.log_odds, default=None)
     if best is not None and ends_search(best, search.residual) and not best.is_exhaustive:
         yield from _beside_known(search.file, search.residual, best)
+    if not any(h.is_exhaustive for h in search.found):
+        yield from _from_other_starts(search)
+
+
+def _from_other_starts(search: Search) -> Iterable[Hypothesis]:
+    """Judge the cause that satisfies the equations, from the initial conditions of the file.
+
+    If only the initial conditions are wrong beside it, whole runs seem to exclude it.
+    """
+    seen = search.residual
+    best = seen.best if seen is not None else None
+    if seen is None or best is None or best.mistakes[0].kind != "model":
+        return ()
+    starts = seen.other_starts(best.mistakes)
+    return search.file.judged([(*best.mistakes, *starts)]) if starts else ()
 
 
 def _beside_known(

@@ -215,23 +215,29 @@ def _rows_that_move(
     return (time, columns, names) if moves and is_bounded else None
 
 
-def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
+def start_shown(
+    m: Observed, equations: Equations, rates: Callable[[Array], Array]
+) -> tuple[Array, Array]:
     """Return the columns of `STATE_KEYS` at t = 0 and their scatter, shape (5,) each.
 
-    They are found by integrating the exact equations back from the rows after the first, by the
+    They are found by integrating the equations back from the rows after the first, by the
     Runge-Kutta method. The first row is not used: it may contain the given initial values even if
     the motion started from others.
+
+    Parameters
+    ----------
+    m : Observed
+    equations : Equations
+        Equations with the lengths of the program.
+    rates : callable
+        Time derivative of the state of the regular form, with the yaw.
     """
     time, state = m.time[_BEGINNING], {k: x[_BEGINNING] for k, x in m.state.items()}
-
-    def slope(y: Array) -> Array:
-        return np.array(equations.rates(list(y)))
-
-    y, h = np.array(state_vector(equations, state.__getitem__)[:6]), -time / _STEPS_BACK
+    y, h = np.array(state_vector(equations, state.__getitem__)), -time / _STEPS_BACK
     for _ in range(_STEPS_BACK):
-        y = RK4(slope, y, h)
+        y = RK4(rates, y, h)
     y[5] *= equations.k.length
-    found = np.delete(y, 1, axis=0)
+    found = np.delete(y, (1, 6), axis=0)
     return np.median(found, axis=1), np.ptp(found, axis=1)
 
 

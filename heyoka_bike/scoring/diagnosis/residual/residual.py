@@ -30,6 +30,7 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
     PLACE_IN_STATE,
     Moving,
     forces_and_tensors,
+    rates_altered,
 )
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -530,18 +531,24 @@ class Residual:
         self._deadline.check()
         return self.of(program)
 
-    @cached_property
-    def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
+    def _starts_shown(self, causes: Sequence[Cause] = ()) -> dict[int, tuple[Array, Array]]:
         """Initial states with their scatter, see `start_shown`, by maneuver that has first rows."""
-        equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
+        motion = apply(self.program, causes).motion
+        equations = equations_of(tuple(motion.bicycle.values.items()))
+        amounts = dict(motion.amounts)
+
+        def rates(y: Array) -> Array:
+            return np.array(np.broadcast_arrays(*rates_altered(equations, list(y), amounts)))
+
         # Motions that have become unstable give infinite values or NaN. Suppress the warnings about
         # them.
         with np.errstate(all="ignore"):
-            return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
+            return {m.number: start_shown(m, equations, rates) for m in self.motions if m.is_begun}
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Return mistakes with initial conditions nearer to the file's than the given ones are."""
-        own = {m.number: self._starts_shown[m.number][0] for m in self.motions if m.has_beginning}
+        shown = self._starts_shown()
+        own = {m.number: shown[m.number][0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
             found = 0.0
@@ -554,16 +561,17 @@ class Residual:
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
         return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_starts] if x < right]
 
-    def other_starts(self) -> list[FittedValues]:
+    def other_starts(self, causes: Sequence[Cause] = ()) -> list[FittedValues]:
         """Return the initial values, for each maneuver, that differ from the given ones.
 
-        They are found by integrating back from the file's own rows, see `start_shown`.
+        They are found by integrating the equations of a program with these causes back from the
+        file's own rows, see `start_shown`.
         """
-        found = []
+        found, shown = [], self._starts_shown(causes)
         for m in self.motions:
             if not m.is_begun:
                 continue
-            start, scatter = self._starts_shown[m.number]
+            start, scatter = shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
             # An initial value counts as different if its difference exceeds the scatter of the
