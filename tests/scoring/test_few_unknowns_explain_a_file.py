@@ -180,6 +180,14 @@ def test_values_are_found_where_the_equations_do_not_show_them(
     assert found.value == pytest.approx(value, rel=1e-4)
 
 
+def test_the_wheel_base_is_found_from_one_column_of_one_maneuver(reference, simulator):
+    """To first order, four other parameters explain up to twice as much of the error of 8 %."""
+    file = partial(file_of(reference, {"w": "0.01"}, level=1e-8), ("roll_rate",), 1)
+    _, values = fitted(reference, simulator, file)
+    assert list(values) == [("w", None)]
+    assert values["w", None].value == pytest.approx(1.03, rel=1e-6)
+
+
 @pytest.mark.proof
 def test_whole_runs_tell_forces_apart_that_to_first_order_do_the_same(
     bicycle, reference, simulator

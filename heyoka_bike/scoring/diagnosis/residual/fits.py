@@ -169,11 +169,14 @@ class Fits:
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, THRESHOLDS.max_subsets // size // len(views))
-                    # All single values that explain nearly as much as the best one are refined,
-                    # because their effects on whole runs differ more than their effects to first
-                    # order.
-                    alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
-                    count = max(most, np.sum(alike)) if size == 1 else most
+                    # All single values that may explain as much as the best one are refined. To
+                    # first order even the right value leaves a part of a large error of whole runs.
+                    least = (
+                        max(subsets.gains[0], self.needed) / CLEARLY
+                        if self.split > 1
+                        else max(subsets.gains[0] / AS_GOOD, BY_FAR)
+                    )
+                    count = max(most, np.sum(subsets.gains > least)) if size == 1 else most
                     found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))
             if size in counts:
                 yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
