@@ -47,9 +47,9 @@ def warning(code: str, message: str, **evidence: Any) -> Finding:
 
 
 def maneuvers(numbers: Iterable[int]) -> str:
-    """Return a list of maneuvers in words: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
-    listed = [str(n) for n in numbers]
-    return f"maneuver{'s' * (len(listed) > 1)} {', '.join(listed)}"
+    """Return a list of maneuvers in words: ``maneuver 2``, ``maneuvers 1, 2 and 3``."""
+    *first, last = map(str, numbers)
+    return f"maneuvers {', '.join(first)} and {last}" if first else f"maneuver {last}"
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:

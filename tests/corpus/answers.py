@@ -115,7 +115,7 @@ ANSWERS = {
     "contact point straight below the hub": "contact.* below the hub",
     "rows one step late": "one step (late|early)|first one at t = h",
     "rows one step early": "one step (late|early)|first one at t = h",
-    "time stretched": "1000 rows are spread over 10 s|1.001 times",
+    "time stretched": "advances by 0.01 s from row to row|1.001 times",
     "time in milliseconds": "milliseconds| ms|1000 times",
     "time a second late": "times.* 1 s (later|too late)|1 s|time_shift",
     "roll rate and steer angle exchanged": "in the place of",

@@ -167,5 +167,5 @@ def test_a_cause_beside_which_much_is_left_only_looks_like_it(size, is_all, refe
     first = diagnosed(report, reference).diagnosis[0]
     assert first.evidence["mistakes"] == ["trail_normal"]
     assert first.evidence["is_all"] is is_all
-    assert first.message.startswith("The error looks like this: ") is not is_all
+    assert first.message.startswith("The nearest known cause: ") is not is_all
     assert ("Another error remains: kinetic_energy of maneuver 2" in first.message) is not is_all

@@ -36,6 +36,15 @@ def test_zeros_are_named_and_do_not_count(reference):
         assert m.coverage == 1.0
 
 
+@pytest.mark.parametrize(("maneuvers", "where"), [
+    ((1, 2, 3), ""), ((2,), " of maneuver 2"), ((1, 3), " of maneuvers 1 and 3"),
+])  # fmt: skip
+def test_the_verdict_names_columns_once_for_all_maneuvers(reference, maneuvers, where):
+    results = without(reference, ENERGIES, maneuvers=maneuvers)
+    said = ", ".join(f"{key}{where}" for key in ENERGIES)
+    assert score(results, reference).verdict.endswith(f"; {said} are not compared")
+
+
 @pytest.mark.parametrize("text", ["scd >= 1", "kinetic_energy.scd >= 1", "coverage >= 1",
                                   "2.performance < 1", "max_abs_error < 1e9"])  # fmt: skip
 def test_a_requirement_that_asks_for_it_fails(reference, text):

@@ -10,6 +10,7 @@ pytest.importorskip("heyoka")
 
 from generators.fixed_steps import SPACING, Equations
 from generators.made_results import codes, made, smooth_error
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
@@ -172,6 +173,17 @@ def test_single_precision_numbers_are_told(reference, level):
         return wrong.astype(np.float32).astype(np.float64)
 
     assert "single_precision" in names(told(made(reference, change), reference))
+
+
+def test_single_precision_numbers_are_named_once(reference):
+    """The row check finds the numbers, and the last answer compares the error with them."""
+
+    def change(key, values, number):
+        wrong = values + smooth_error(reference, number, 1e-4 * np.max(np.abs(values)))
+        return wrong.astype(np.float32).astype(np.float64)
+
+    found = [f.code for f in diagnose(made(reference, change), reference).diagnosis]
+    assert found.count("single_precision") == 1
 
 
 def test_few_digits_are_not_single_precision(reference):

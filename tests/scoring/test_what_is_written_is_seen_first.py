@@ -238,8 +238,10 @@ def test_a_wrong_motion_that_stops_is_diagnosed_up_to_there(reference):
     for of in held.values():
         for x in of.values():
             x[400:] = x[400]
-    *stopped, cause = said(reference, held)
-    assert [(f.code, f.evidence["rows"]) for f in stopped] == [("rows_repeated", 101)] * 3
+    stopped, cause = said(reference, held)
+    assert (stopped.code, stopped.evidence["rows"]) == ("rows_repeated", 101)
+    assert stopped.evidence["maneuvers"] == [1, 2, 3]
+    assert "From 8 s on, the rows of maneuvers 1, 2 and 3 do not change" in stopped.message
     ((change,),) = cause.evidence["changes"]
     assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.25))
 

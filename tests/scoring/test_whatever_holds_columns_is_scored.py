@@ -166,7 +166,7 @@ REFUSED = {
     "a maneuver in words": (lambda: hb.score(TABLE, maneuver="2"), "found maneuver '2', expected"),
     "a maneuver's number": (lambda: hb.score({4: TABLE}), "found maneuver 4, expected 1 to 3"),
     "a maneuver of three": (
-        lambda: hb.score(TABLE, maneuver=2), "results of maneuvers 1, 2, 3",
+        lambda: hb.score(TABLE, maneuver=2), "results of maneuvers 1, 2 and 3",
     ),
     "a maneuver twice": (lambda: hb.score([FILE, FILE]), "found maneuver 1 twice"),
     "told columns": (lambda: hb.score(TABLE, columns="time,foo"), "columns: found 'foo'"),

@@ -105,9 +105,9 @@ def test_the_verdict_is_in_words(parsed):
         in text["sample"]
     )
     assert "✓ Both requirements are met" in text["sample"]
-    assert "is 5.3e-06 % in maneuver 2, which passes: the limit is 1e-3 %" in text["sample"]
+    assert "in maneuver 2. The file passes with 5.3e-06 % (limit 1e-3 %)" in text["sample"]
     assert "✗ 1 of 3 requirements FAILED" in text["rough"]
-    assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
+    assert "in maneuver 2. The file FAILS with 1.6 %" in text["rough"]
     assert "✗ Wrong; the worst column has no correct digits" in text["rough"]
     assert "≈ Close, but compared only in part; the worst" in text["half"]
     assert "covers 50 % of each maneuver" in text["half"]

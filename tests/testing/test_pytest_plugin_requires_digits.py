@@ -171,7 +171,7 @@ def test_runs_that_are_cut_short_do_not_pass_in_silence(pytester):
     result = run(pytester)
     assert len(check_names(result)) == 4
     result.stdout.fnmatch_lines(
-        ["required scd >= 8, found only 49.9 % of the run compared (maneuvers 1, 2, 3)*",
+        ["required scd >= 8, found only 49.9 % of the run compared (maneuvers 1, 2 and 3)*",
          "compared in part*", "*coverage=0.499 to*"]
     )  # fmt: skip
 
@@ -218,7 +218,7 @@ def test_missing_columns_do_not_pass_in_silence(pytester):
     result = run(pytester)
     assert len(check_names(result)) == 7
     result.stdout.fnmatch_lines(
-        ["required scd >= 8, found only 2 of 8 columns compared (maneuvers 1, 2, 3)*",
+        ["required scd >= 8, found only 2 of 8 columns compared (maneuvers 1, 2 and 3)*",
          "*columns=2 to*"]
     )  # fmt: skip
 

@@ -83,7 +83,7 @@ def answers(
         others = (
             x for x in first
             if not isinstance(x, FallsOver | AnotherStart)
-            and not (isinstance(x, RowsRepeated) and x.rows == report[x.maneuver].rows)
+            and not (isinstance(x, RowsRepeated) and x.rows == report[x.maneuvers[0]].rows)
         )  # fmt: skip
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)

@@ -39,9 +39,8 @@ def count_words(found: Sequence[FittedValue]) -> str:
 
 
 def share_words(share: float) -> str:
-    """Format a relative error, as "0.3 %" or "2.1 times its size"."""
-    percent = f"{short_number(100 * share)} %"
-    return percent if share < 2.0 else f"{short_number(share)} times its size"
+    """Format a relative error, as "0.3 %"."""
+    return f"{short_number(100 * share)} %"
 
 
 def with_words(mistakes: Sequence[Cause]) -> str:

@@ -95,7 +95,7 @@ class Explained(Evidence):
             said = f"{count_words(first.found)} the error: {said}"
         said += inertia_words(first.found)
         if self.rank == 1:
-            begins = "" if self.rest is None else "the error looks like this: "
+            begins = "" if self.rest is None else "the nearest known cause: "
         else:
             several = ", which needs several mistakes" if len(first.mistakes) > 1 else ""
             begins = f"a less likely cause{several}: "
@@ -204,8 +204,8 @@ class BesideCause(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self.fault.message()}. This finding compares the file with a simulation of the "
-            "cause that follows, not with the exact motion"
+            f"{self.fault.message()}. For this finding, the file was compared with a simulation "
+            "of the cause named below, not with the exact motion"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -296,19 +296,20 @@ class Integrator(Evidence):
     code = "integrator"
 
     def message(self) -> str:
-        names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in self.methods)
+        names = either([f"{m.says} with a step of {m.step:.3g} s" for m in self.methods])
         first = self.methods[0]
+        without = (
+            "Without that error, the file would satisfy the equations of motion "
+            f"{{}}{short_number(first.relief)} times better"
+        )
         if not self.is_explained:
             return (
-                f"The error resembles that of {names}, but only in part: without that error, the "
-                "file would satisfy the equations of motion better by a factor of only "
-                f"{short_number(first.relief)}. If a smaller step does not reduce the error, look "
-                "for another cause"
+                f"The error resembles that of {names}. {without.format('only ')}. If a smaller "
+                "step does not reduce the error, look for another cause"
             )
         said = (
-            f"The error is that of a method of order {first.order}, such as {names}. Without that "
-            "error, the file would satisfy the equations of motion better by a factor of "
-            f"{short_number(first.relief)}. "
+            f"The error is that of a method of order {first.order}, such as {names}. "
+            f"{without.format('')}. "
         )
         if not first.is_of_rows:
             said += (
@@ -390,7 +391,8 @@ class Direction(Evidence):
     def message(self) -> str:
         h = self.hypothesis
         return (
-            f"The error acts nearly like this: {mistakes_words(h.mistakes)}. {_equations_relief(h)}"
+            f"This cause explains most of the error: {mistakes_words(h.mistakes)}. "
+            f"{_equations_relief(h)}. Begin with it, and then look for another cause"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -430,14 +432,15 @@ class LeftOfEquations(Evidence):
         )
         if self.may_be_explicit:
             return f"{said}An integrator can cause this much; a wrong term would cause more"
-        much = (
-            f"this error is {short_number(self.above)} times the mismatch between the rates and "
-            f"the slopes of the angles. In right programs this ratio is at most "
+        if self.above <= _MAX_RATIO_OF_INTEGRATORS:
+            said += "Interpolated rows or an implicit integrator can cause this much. "
+        else:
+            said += "No known integrator causes this much. "
+        return (
+            f"{said}This error is {short_number(self.above)} times the mismatch between the rates "
+            "and the slopes of the angles; in right programs this ratio is at most "
             f"{_MAX_RATIO_OF_INTEGRATORS:g}"
         )
-        if self.above <= _MAX_RATIO_OF_INTEGRATORS:
-            return f"{said}Interpolated rows or an implicit integrator can cause this much: {much}"
-        return f"{said}No known integrator causes this much: {much}"
 
     def numbers(self) -> Mapping[str, Any]:
         return _residual(self)
@@ -481,9 +484,9 @@ class ForceUnexplained(Evidence):
             "length may be wrong, or a constraint may drift, slip or yield"
         )
         said = (
-            f"{what}. As a force or torque, the error is largest in "
-            f"{equation_words(self.left.acts_in)}: look there first. As accelerations, the errors "
-            f"are {accelerations_words(self.left.shares)}"
+            f"{what}. The unexplained force or torque is largest in "
+            f"{equation_words(self.left.acts_in)}: look there first. The accelerations in the file "
+            f"are off by {accelerations_words(self.left.shares)}"
         )
         if self.closest:
             said += f". {_nearest_words(self.closest[0])}"
@@ -694,16 +697,16 @@ class NothingToDiagnose(Evidence):
 def _nearest_words(h: Hypothesis) -> str:
     """Name a cause that explains the residual of the equations only in part."""
     return (
-        f"The nearest explanation is: {mistakes_words(h.mistakes)}. {_equations_relief(h)}, which "
-        "is too little to call it the cause"
+        f"The nearest known cause explains too little: {mistakes_words(h.mistakes)}. "
+        f"{_equations_relief(h)}"
     )
 
 
 def _equations_relief(h: Hypothesis) -> str:
     """Say by which factor a file satisfies equations with a mistake better than the exact ones."""
     return (
-        f"The file satisfies equations with {with_words(h.mistakes)} {short_number(h.relief)} "
-        "times better than the exact ones"
+        f"With {with_words(h.mistakes)} in the equations of motion, the file satisfies them "
+        f"{short_number(h.relief)} times better"
     )
 
 

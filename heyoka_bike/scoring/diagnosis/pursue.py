@@ -47,8 +47,8 @@ from heyoka_bike.scoring.evidence.column_meaning import (
     OtherZero,
     SignContradiction,
 )
-from heyoka_bike.scoring.evidence.contradictions import TimeShift
-from heyoka_bike.scoring.evidence.error_shape import RightElsewhere
+from heyoka_bike.scoring.evidence.contradictions import SinglePrecision, TimeShift
+from heyoka_bike.scoring.evidence.error_shape import RightElsewhere, SinglePrecisionBeside
 from heyoka_bike.scoring.evidence.output_faults import (
     ColumnRatio,
     ColumnsApart,
@@ -256,12 +256,15 @@ class Pursuit:
         """Combine the last answer with the evidence of the faults that were undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
         is_rest = bool(self.seen) or any(isinstance(x, NeverFilled) for x in self.root.seen)
-        more = (
+        more = tuple(
             replace(x, is_rest=is_rest) if isinstance(x, ColumnsApart | RightElsewhere) else x
             for x in end.seen
             if not (self.seen and isinstance(x, NothingWrong) and x.signs is None)
             and not (is_late and isinstance(x, NoCauseFound))
         )  # fmt: skip
+        # The last answer may compare the error with the rounding of single precision.
+        is_compared = any(isinstance(x, SinglePrecision | SinglePrecisionBeside) for x in more)
+        undone = (x for x in self.seen if not (is_compared and isinstance(x, SinglePrecision)))
         explained = self.explained | {getattr(x, "key", "") for x in self.seen}
         # Do not ask for the definition of a column whose error is explained.
         kept = (
@@ -270,7 +273,7 @@ class Pursuit:
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
         )
         seen = tuple(x for one in kept if (x := _conventions_with(one, end.cause)) is not None)
-        return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
+        return replace(end, report=replace(self.root, seen=seen), seen=(*undone, *more))
 
 
 def pursue(

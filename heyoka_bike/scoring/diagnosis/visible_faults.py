@@ -73,7 +73,7 @@ def shown(report: Report) -> tuple[VisibleFault, ...]:
         n
         for x in found
         if not isinstance(x, FallsOver)
-        for n in (x.maneuvers if isinstance(x, RowsBetween) else (x.maneuver,))
+        for n in (x.maneuvers if isinstance(x, RowsBetween | RowsRepeated) else (x.maneuver,))
     }
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 

@@ -338,10 +338,12 @@ class NeverFilled(Evidence):
             of = f" of {maneuvers(numbers)}" if len(numbers) < self.maneuvers else ""
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
             said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
+        *first, last = said
+        all_said = f"{', '.join(first)} and {last}" if first else last
         is_one = len(self.columns) == 1
         these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
         return (
-            f"{', '.join(said)} in every row, although the exact values vary. {these} never filled "
+            f"{all_said} in every row, although the exact values vary. {these} never filled "
             f"in, or lost digits, so {are} left out of the result"
         )
 

@@ -20,7 +20,8 @@ from heyoka_bike.scoring.evidence.words import (
 from heyoka_bike.scoring.findings import Severity, named
 
 DEFAULT_CONVENTIONS = (
-    "Defaults: SI units, roll and steer positive to the right, potential energy zero on the floor"
+    "Conventions: SI units, roll and steer positive to the right, potential energy zero on the "
+    "floor"
 )
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
@@ -63,7 +64,7 @@ class WholeTurns(Evidence):
         are = "is" if len(self.keys) == 1 else "are"
         return (
             f"{named(self.keys, KEYS_NAMED)} {are} written modulo 2 pi. This is not an error: "
-            "multiples of 2 pi were added where the values jump"
+            "heyoka_bike adds the missing multiples of 2 pi where the values jump"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -377,7 +378,7 @@ def _senses(turned: Sequence[str]) -> Iterable[str]:
 
 
 def in_units(units: Mapping[str, str]) -> Iterable[str]:
-    """Format the units of columns, as "roll_angle, steer_angle are in degree"."""
+    """Format the units of columns, as "roll_angle, steer_angle are in degrees"."""
     for unit in dict.fromkeys(units.values()):
         keys = [key for key, u in units.items() if u == unit]
         are = "is" if len(keys) == 1 else "are"

@@ -6,6 +6,7 @@ from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
+from heyoka_bike.scoring.evidence.words import scale_words
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named
 
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
@@ -50,9 +51,9 @@ class BlownUp(Evidence):
 
     def message(self) -> str:
         return (
-            f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by up to "
-            f"{self.max_rel_error:.2g} times its largest value, and by more than half of it from "
-            f"{self.time:.3g} s on. Compare only the rows before that time"
+            f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by more than half "
+            f"of its largest value from {self.time:.3g} s on, and by up to "
+            f"{scale_words(self.max_rel_error)}. Compare only the rows before that time"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -301,7 +302,7 @@ class EnergyVaries(Evidence):
             each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in self.largest.items())
             return (
                 f"The mechanical energy changes only before {self.until:.3g} s, at most by {each}. "
-                "Look at what acts, or is ramped, in that time"
+                "Look for a force that acts only until then"
             )
         each = ", ".join(
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()

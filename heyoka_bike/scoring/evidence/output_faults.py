@@ -334,14 +334,9 @@ class ColumnRatio(Evidence):
         where = f"{self.key} of {maneuvers(self.maneuvers)}"
         if abs(self.factor + 1.0) < RIGHT and not self.offset:
             return f"{where} has the opposite sign. Check how this column is computed and written"
-        times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
-        sign = "minus" if self.offset < 0 else "plus"
-        more = f" {sign} {abs(self.offset):.6g} (SI)" if self.offset else ""
-        unit = f", as if in {unit_text(self.unit)}" if self.unit else ""
-        return (
-            f"{where} is {times}the exact value{more}{unit}. "
-            "Check how this column is computed and written"
-        )
+        relation = _scaled(Scaled(self.factor, self.offset), COMPARED[self.key][0].unit)
+        unit = f", as if it were in {unit_text(self.unit)}" if self.unit else ""
+        return f"{where} is {relation}{unit}. Check how this column is computed and written"
 
     def numbers(self) -> Mapping[str, Any]:
         numbers = {"factor": self.factor, "offset": self.offset, "unit": self.unit}
@@ -573,11 +568,11 @@ class Remainder(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsRepeated(Evidence):
-    """The last rows of a maneuver repeat the same numbers, although the exact motion goes on.
+    """The last rows of maneuvers repeat the same numbers, although the exact motion goes on.
 
     Attributes
     ----------
-    maneuver
+    maneuvers : tuple of int
     time
         Time of the first of these rows [s].
     rows
@@ -588,7 +583,7 @@ class RowsRepeated(Evidence):
         True if all columns repeat: the motion in the file ended there.
     """
 
-    maneuver: int
+    maneuvers: tuple[int, ...]
     time: float
     rows: int
     keys: tuple[str, ...]
@@ -598,24 +593,21 @@ class RowsRepeated(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        which = "rows" if self.are_all else f"rows of {named(self.keys)}"
+        which = maneuvers(self.maneuvers)
+        which = f"rows of {which}" if self.are_all else f"values of {named(self.keys)} of {which}"
         why = (
             "The simulation ended there, and its last row was written again. Run it to the end"
             if self.are_all
-            else "Check why these columns are no longer updated"
+            else "Check why your program stops updating them"
         )
         return (
-            f"From {self.time:.6g} s on, all {self.rows} {which} of maneuver {self.maneuver} "
-            f"contain the same numbers. {why}"
+            f"From {self.time:.6g} s on, the {which} do not change any more ({self.rows} rows). "
+            f"{why}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        return {
-            "maneuver": self.maneuver,
-            "time": self.time,
-            "rows": self.rows,
-            "columns": list(self.keys),
-        }
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
+        return {**where, "time": self.time, "rows": self.rows, "columns": list(self.keys)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -932,22 +924,23 @@ class ColumnsApart(Evidence):
             for key, numbers in self.columns.items()
         )
         only = f"{', '.join(first)} and {last}" if first else last
-        scales = "".join(
-            f": {key} is {_scaled(x, self.units[key])}" for key, x in self.fits.items()
-        )
         is_one = len(self.columns) == 1
+        scales = "; ".join(
+            f"{'it' if is_one else key} is {_scaled(x, self.units[key])}"
+            for key, x in self.fits.items()
+        )
         start = "Otherwise only" if self.is_rest else "Only"
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
-        with_sum = (
-            f"; mechanical_energy, which contains {'it' if is_one else 'them'}, is wrong for this "
-            "reason"
+        of_sum = (
+            f". mechanical_energy is wrong only because it contains {last if is_one else 'them'}"
             if self.is_sum_with_it
             else ""
         )
         return (
-            f"{start} {only} {are} wrong{scales}{with_sum}. All other columns agree with the exact "
-            f"motion to within {self.error_of_others:.1g} of their largest values, so the "
-            f"integrator and the equations are correct. Check how {these} computed and written"
+            f"{start} {only} {are} wrong{scales and ': '}{scales}{of_sum}. All other columns agree "
+            f"with the exact motion to within {self.error_of_others:.1g} of their largest values, "
+            "so the integrator and the equations are correct. Check how "
+            f"{these} computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -13,13 +13,15 @@ KEYS_NAMED = 6
 # Maximum number of alternatives to a definition that a sentence names.
 _MOST_OPEN = 3
 
+# Names of units that are spelled out, so their plural needs an s.
+_SPELLED_OUT = re.compile(r"\b(degree|revolution)\b")
 # A unit divided by another unit, such as ``m s-1``.
 _ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
 
 
 def unit_text(unit: str) -> str:
-    """Format a unit as people write it: ``rad s-1`` becomes rad/s."""
-    return printable(_ONE_PER.sub(r"\1/\2", unit))
+    """Format a unit as people write it: ``rad s-1`` becomes rad/s, ``degree`` degrees."""
+    return printable(_SPELLED_OUT.sub(r"\1s", _ONE_PER.sub(r"\1/\2", unit)))
 
 
 def odds_words(odds: Odds) -> str:

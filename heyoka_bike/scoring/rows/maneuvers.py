@@ -9,6 +9,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
@@ -21,14 +22,15 @@ from heyoka_bike.scoring.units import factor
 
 def stopped(report: Report) -> Undone | None:
     """Look for maneuvers that end with copies of one row in all columns; keep the first copy."""
-    ended = {x.maneuver: x for x in standing_still(report.maneuvers) if x.are_all}
+    ended = tuple(x for x in standing_still(report.maneuvers) if x.are_all)
     if not ended:
         return None
+    rows = {n: x.rows for x in ended for n in x.maneuvers}
     parts = (
-        m.part.at(slice(m.rows - ended[m.maneuver].rows + 1)) if m.maneuver in ended else m.part
+        m.part.at(slice(m.rows - rows[m.maneuver] + 1)) if m.maneuver in rows else m.part
         for m in report.maneuvers
     )
-    return Undone(tuple(ended.values()), tuple(parts))
+    return Undone(ended, tuple(parts))
 
 
 def mirrored(report: Report) -> Undone | None:
@@ -86,6 +88,7 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
 
 def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
     """Find last rows that repeat the same numbers, although the exact motion goes on."""
+    found: list[tuple[tuple[float, int, tuple[str, ...], bool], int]] = []
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
@@ -103,7 +106,9 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
         time = float(held[0].trace.time[m.rows - rows])
-        yield RowsRepeated(m.maneuver, time, rows, tuple(c.key for c in shown), not others)
+        found.append(((time, rows, tuple(c.key for c in shown), not others), m.maneuver))
+    for alike, numbers in grouped(found).items():
+        yield RowsRepeated(tuple(numbers), *alike)
 
 
 def _still_before(c: ColumnScore) -> int:

@@ -9,8 +9,9 @@ from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed
 from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
 from heyoka_bike.scoring.evidence.several_runs import ManeuversDiffer
 from heyoka_bike.scoring.evidence.words import counted, scale_words
-from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named
 from heyoka_bike.scoring.grades import MOST_DIGITS, Grade, digits_text
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ManeuverScore, Place
@@ -87,7 +88,7 @@ def worst_words(report: Report) -> str:
 
 def caveats(report: Report) -> list[str]:
     """Return restrictions of the verdict: fraction compared, columns left out, opposite signs."""
-    signs, covered, left_out = "", "", [x.name for x in report.not_compared]
+    signs, covered, left_out = "", "", _lost_names(report)
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:
         parts = {percent(m.coverage) for m in report.maneuvers}
@@ -106,6 +107,18 @@ def caveats(report: Report) -> list[str]:
     return [said for said in (covered, lost, signs) if said]
 
 
+def _lost_names(report: Report) -> list[str]:
+    """Name the columns that were not compared; columns without a name by quantity and maneuver."""
+    every = [m.maneuver for m in report.maneuvers]
+    lost = report.not_compared
+    places = {x for x in lost if x.maneuver is not None and x.name == f"{x.maneuver}.{x.key}"}
+    found = [x.name for x in lost if x not in places]
+    for key, numbers in grouped((x.key, x.maneuver) for x in lost if x in places).items():
+        is_everywhere = set(numbers) >= set(every)
+        found.append(f"{key}" if is_everywhere else f"{key} of {maneuvers(filter(None, numbers))}")
+    return found
+
+
 def performance_words(m: ManeuverScore) -> str:
     """Return eq. (1) of a maneuver, and whether it meets the limit of the benchmark."""
     if m.performance is None:
@@ -118,12 +131,20 @@ def _outcome(m: ManeuverScore) -> str:
     """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
     if m.performance_limit is None:
         return ""
-    # For some files the result of eq. (1) does not count, whatever its value is.
-    if reason := claim(m, m.performance_limit).reason:
-        return f"does not count: {DOES_NOT_COUNT[reason]}"
+    if doubt := _why_not_counted(m, m.performance_limit):
+        return f"does not count: {doubt}"
+    return f"{_passes(m)}: the limit is {limit_words(m.performance_limit)}"
+
+
+def _why_not_counted(m: ManeuverScore, limit: float) -> str:
+    """Return why the result of eq. (1) does not count, whatever its value is; empty if it does."""
+    reason = claim(m, limit).reason
+    return DOES_NOT_COUNT[reason] if reason else ""
+
+
+def _passes(m: ManeuverScore) -> str:
     so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
-    limit = limit_words(m.performance_limit)
-    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: the limit is {limit}"
+    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}"
 
 
 def requirement_words(scored: Report | Series) -> str:
@@ -201,16 +222,23 @@ def performance_remark(report: Report) -> str:
     The result is empty if no such maneuver has an energy. The remark is omitted if the file is
     right, or if a warning contains it.
     """
-    said = [
-        f"{readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
+    judged = [
+        (m, m.performance_limit)
         for m in report.maneuvers
         if m.performance_limit is not None and m.performance is not None
     ]
-    if not said:
+    if not judged:
         return ""
-    found = (
-        f"eq. (1), the benchmark's measure of how much the energy varies, is {', and '.join(said)}"
-    )
+    where = maneuvers(m.maneuver for m, _ in judged)
+    said = [f"eq. (1), the benchmark's own test, limits how much the energy varies in {where}"]
+    for m, limit in judged:
+        who = "The file" if len(judged) == 1 else f"Maneuver {m.maneuver}"
+        value = f"{readable(m.performance)} %"
+        if doubt := _why_not_counted(m, limit):
+            said.append(f"{who} has {value}, which does not count: {doubt}")
+        else:
+            said.append(f"{who} {_passes(m)} with {value} (limit {limit_words(limit)})")
+    found = ". ".join(said)
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
     if any(_has_varying_energy(m) for m in report.maneuvers):

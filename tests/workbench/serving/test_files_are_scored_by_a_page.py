@@ -83,7 +83,7 @@ def test_options_count_in_the_query_and_in_the_form(client, example):
     whole = client.post("/score?maneuver=2", files=files)
     assert whole.status_code == 422
     error = whole.json()["error"]
-    assert "found the number of maneuver 2 for results of maneuvers 1, 2, 3" in error
+    assert "found the number of maneuver 2 for results of maneuvers 1, 2 and 3" in error
 
 
 def test_a_browser_gets_the_report_with_links_to_more(client, example):

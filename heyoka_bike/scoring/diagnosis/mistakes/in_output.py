@@ -133,20 +133,20 @@ def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
     if rows < _FEWEST_ROWS:
         return ()
     found = []
-    for code, steps, without, scale in (
-        ("end_left_out", rows - 1, " without its end", (rows - 1) / rows),
-        ("one_row_less", rows, "", rows / (rows - 1)),
+    for code, steps, scale in (
+        ("end_left_out", rows - 1, (rows - 1) / rows),
+        ("one_row_less", rows, rows / (rows - 1)),
     ):
         step = duration / steps
         if np.max(np.abs(times - step * np.arange(rows))) > RIGHT * step:
             continue
-        spread = f"{rows} rows are spread over {duration:g} s{without}"
         found.append(
             clock_mistake(
                 code,
-                f"{spread} and written as if {step:g} s apart",
-                f"the times of the rows: 0 to {duration:g} s by {step:g} s are {steps + 1} of "
-                "them, both ends included",
+                f"the motion advances by {scale * step:g} s from row to row, but the times by "
+                f"{step:g} s",
+                f"the number of rows: 0 to {duration:g} s in steps of {step:g} s are {steps + 1} "
+                "rows, both ends included",
                 scale=scale,
             )
         )
