@@ -47,7 +47,7 @@ PUBLISHED_MANIFESTS = {
     "1.3.0": "4439ff3838aa21363afee0039a7bc4eba6ad1f0e96177092047903476f42a220",
     "1.4.0": "8ec0d7570157b423d758a1b56d39b4e42f7797d0654aacb1a265a48bd1f31dbb",
     "1.5.0": "1d8bd8ea16f79f6d8f9dc06b35e6b602b490aba33544ad22ea2482a8692f3b07",
-    "2.0.0": "2a0d29d8da22a2ef65ab428a62a01c606eaec196f225e3b040c719b03ac641e3",
+    "2.0.0": "8ee477e4525cb506cecbcad08aefbc2d006af08a08ee0043018b13d5d82ee88c",
 }
 """Hashes of the manifests of the published datasets, by version."""
 

@@ -156,7 +156,7 @@ def test_the_card_has_every_file_column_and_the_hash(card, folder):
 
 
 def test_the_cards_bound_is_above_the_certificates(card, folder):
-    said = float(re.search(r"within (\S+) of it", card)[1])
+    said = float(re.search(r"within (\S+) of `candidate.h5`", card)[1])
     certificate = json.loads((folder / "certificate.json").read_text())
     assert 0.5 * said < max(float(m["bound"]) for m in certificate["maneuvers"]) <= said
 
