@@ -373,6 +373,15 @@ def test_another_start_is_named(reference):
     assert found.evidence["unit"] is None
 
 
+def test_equal_starts_of_several_maneuvers_are_one_finding(reference):
+    def other(key, values, m):
+        return np.where(np.arange(len(values)) < 1, 0.04, values) if key == "roll_rate" else values
+
+    found = [f for f in shown(report_of(reference, other)) if f.code == "another_start"]
+    assert [f.evidence["maneuvers"] for f in found] == [[1, 3], [2]]
+    assert found[0].message.startswith("In the first row, roll_rate of maneuvers 1 and 3 is 0.04")
+
+
 def test_a_unit_is_told_by_the_start_of_one_maneuver(reference):
     def fast(key, values, m):
         return 3.6 * values if (m, key) == (3, "forward_speed") else values

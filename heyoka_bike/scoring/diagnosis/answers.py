@@ -48,7 +48,9 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
+from heyoka_bike.scoring.findings import maneuvers
 from heyoka_bike.scoring.grades import has_right_digits
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
@@ -248,14 +250,16 @@ def _explained(
 ) -> Explained:
     """Return the evidence that mistakes, or as few fitted values as possible, explain the file."""
     first = hypotheses[0]
-    as_given = (_written_as_given(x, report) for x in first.found)
+    as_given = grouped(
+        (key, x.maneuver or 0) for x in first.found if (key := _written_as_given(x, report))
+    )
     rest = left_over(first, causes)
     return Explained(
         rank,
         hypotheses,
         rest,
         _acceleration(first, causes),
-        tuple(key for key in as_given if key),
+        tuple(f"{key} of {maneuvers(numbers)}" for key, numbers in as_given.items()),
         max(above_digits(first).values(), default=0.0),
         () if rest is None or causes is None else _rivals(first, causes),
     )
@@ -299,7 +303,7 @@ def _written_as_given(x: FittedValue, report: Report) -> str:
     for m, c in report.by_column().get(key, ()):
         is_small = CLEARLY * abs(float(c.trace.error[0])) < abs(x.value - x.right)
         if m.maneuver == x.maneuver and c.trace.time[0] == 0.0 and is_small:
-            return f"{key} of maneuver {x.maneuver}"
+            return key
     return ""
 
 

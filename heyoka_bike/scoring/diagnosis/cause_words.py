@@ -26,14 +26,14 @@ _COUNTS = {1: "one", 2: "two", 3: "three"}
 
 def mistakes_words(mistakes: Sequence[Cause]) -> str:
     """Describe some causes, each by its fitted values or by what the program does."""
-    return ", and ".join(_values_words(m.found) if m.found else m.says for m in mistakes)
+    return _listed([_values_words(m.found) if m.found else m.says for m in mistakes])
 
 
 def count_words(found: Sequence[FittedValue]) -> str:
     """Say how many parameters, forces or terms explain an error, as "two forces explain"."""
     if len(found) not in _COUNTS:
         return "these explain"
-    nouns = {_noun(x.name) for x in found}
+    nouns = {_noun(x) for x in found}
     noun = nouns.pop() if len(nouns) == 1 else "cause"
     return f"{_COUNTS[len(found)]} {noun}" + (" explains" if len(found) == 1 else "s explain")
 
@@ -104,11 +104,11 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
     return ""
 
 
-def _noun(name: str) -> str:
-    """Say whether a fitted value is a parameter, a force or a term of the equations."""
-    force = FORCES.get(name)
+def _noun(x: FittedValue) -> str:
+    """Say if a value is a parameter, an initial value, a force or a term of the equations."""
+    force = FORCES.get(x.name)
     if force is None or force.is_property:
-        return "parameter"
+        return "parameter" if x.maneuver is None else "initial value"
     return "term" if force.is_part else "force"
 
 
@@ -118,7 +118,13 @@ def _is_part(x: FittedValue) -> bool:
 
 
 def _values_words(found: Sequence[FittedValue]) -> str:
-    return ", and ".join(_part_words(x) if _is_part(x) else _value_words(x) for x in found)
+    return _listed([_part_words(x) if _is_part(x) else _value_words(x) for x in found])
+
+
+def _listed(clauses: Sequence[str]) -> str:
+    """Join clauses, as "a, and b" or "a, b, and c"."""
+    *first, last = clauses
+    return f"{', '.join(first)}, and {last}" if first else last
 
 
 def _part_words(x: FittedValue) -> str:

@@ -705,7 +705,7 @@ def _nearest_words(h: Hypothesis) -> str:
 def _equations_relief(h: Hypothesis) -> str:
     """Say by which factor a file satisfies equations with a mistake better than the exact ones."""
     return (
-        f"With {with_words(h.mistakes)} in the equations of motion, the file satisfies them "
+        f"With {with_words(h.mistakes)}, the file satisfies the equations of motion "
         f"{short_number(h.relief)} times better"
     )
 

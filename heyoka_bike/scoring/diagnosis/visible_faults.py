@@ -73,7 +73,9 @@ def shown(report: Report) -> tuple[VisibleFault, ...]:
         n
         for x in found
         if not isinstance(x, FallsOver)
-        for n in (x.maneuvers if isinstance(x, RowsBetween | RowsRepeated) else (x.maneuver,))
+        for n in (
+            (x.maneuver,) if isinstance(x, ColumnOfAnotherManeuver | Departs) else x.maneuvers
+        )
     }
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 
@@ -280,6 +282,7 @@ def _other_starts(
     maneuvers: Sequence[ManeuverScore], keys: Collection[str] = _GIVEN
 ) -> Iterator[AnotherStart]:
     """Find first rows whose roll rate or speed differs from the given initial value."""
+    found: list[tuple[tuple[str, float, float, str, str | None], int]] = []
     for m in maneuvers:
         for c in m.columns:
             if c.key not in keys or not c.values or not c.is_known or c.trace.time[0] != 0.0:
@@ -294,7 +297,9 @@ def _other_starts(
                 if given:
                     ratio, taken = here / given, c.as_understood.unit
                     told = unit_told_by(ratio, c.unit, taken, RIGHT)
-                yield AnotherStart(m.maneuver, c.key, here, given, c.unit, told)
+                found.append(((c.key, here, given, c.unit, told), m.maneuver))
+    for alike, numbers in grouped(found).items():
+        yield AnotherStart(tuple(numbers), *alike)
 
 
 def columns_apart(report: Report) -> ColumnsApart | None:

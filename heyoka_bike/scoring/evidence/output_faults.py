@@ -835,7 +835,7 @@ class AnotherStart(Evidence):
 
     Attributes
     ----------
-    maneuver
+    maneuvers : tuple of int
     key
     found, given
         Value of the first row, and the given value, in the unit of the column.
@@ -844,7 +844,7 @@ class AnotherStart(Evidence):
         The unit in which the found number would be the given value; None if there is no such unit.
     """
 
-    maneuver: int
+    maneuvers: tuple[int, ...]
     key: str
     found: float
     given: float
@@ -861,9 +861,8 @@ class AnotherStart(Evidence):
 
     def message(self) -> str:
         said = (
-            f"In its first row, maneuver {self.maneuver} has a {self.key.replace('_', ' ')} of "
-            f"{self.found:.9g} {unit_text(self.unit)}; the given initial value is "
-            f"{self.given:.9g}"
+            f"In the first row, {self.key} of {maneuvers(self.maneuvers)} is {self.found:.9g} "
+            f"{unit_text(self.unit)}; the given initial value is {self.given:.9g}"
         )
         if self.told:
             said += (
@@ -873,8 +872,9 @@ class AnotherStart(Evidence):
         return said
 
     def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
         numbers = {"found": self.found, "given": self.given, "unit": self.told}
-        return {"maneuver": self.maneuver, "column": self.key, **numbers}
+        return {**where, "column": self.key, **numbers}
 
 
 @dataclass(frozen=True, slots=True)

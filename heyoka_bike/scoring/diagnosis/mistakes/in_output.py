@@ -145,8 +145,7 @@ def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
                 code,
                 f"the motion advances by {scale * step:g} s from row to row, but the times by "
                 f"{step:g} s",
-                f"the number of rows: 0 to {duration:g} s in steps of {step:g} s are {steps + 1} "
-                "rows, both ends included",
+                "whether the rows include the end of the run",
                 scale=scale,
             )
         )
