@@ -55,7 +55,7 @@ def test_capitals_alone_are_time_and_speed(names, found):
 
 @pytest.mark.parametrize("names", [["time", "speed", "V"], ["time", "speed", "V", "Epot", "Ekin"]])
 def test_two_columns_of_one_meaning_are_refused_with_what_to_do(names):
-    with pytest.raises(InputError, match=r"found 'speed' and 'V'.*; columns=.* names them"):
+    with pytest.raises(InputError, match=r"found 'speed' and 'V'.*; to name .* columns="):
         keys_of(names)
 
 

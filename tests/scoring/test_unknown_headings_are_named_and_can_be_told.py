@@ -35,7 +35,7 @@ def test_a_heading_that_is_not_understood(heading, fragment, tmp_path):
     assert fragment in str(caught.value)
     assert len(str(caught.value)) < 400
     if "names" in fragment:
-        assert str(caught.value).endswith("--columns time,roll_angle,... names them")
+        assert str(caught.value).endswith("to name the columns, use --columns time,roll_angle,...")
 
 
 def test_arrays_that_are_not_understood(tmp_path):

@@ -295,8 +295,8 @@ class TimesAsDecimals(Evidence):
 
     def message(self) -> str:
         return (
-            f"The times differ from multiples of 1e-{self.places} {self.unit} only by binary "
-            f"rounding, and are read as these multiples (for example "
+            f"The times differ from multiples of {10.0**-self.places:g} {self.unit} only by binary "
+            "rounding, and are read as these multiples (for example "
             f"{self.example:.{self.places}f} {self.unit})"
         )
 

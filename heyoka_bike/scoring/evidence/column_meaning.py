@@ -30,7 +30,7 @@ _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
     "yaw": ("yaw", "yaw_rate"),
 }
 
-_TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is positive"}
+_TURNED = {"forward_speed": "the speed is positive backward", "pitch": "nose down is positive"}
 
 
 @dataclass(frozen=True, slots=True)

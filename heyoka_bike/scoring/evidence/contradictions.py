@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import scale_words
+from heyoka_bike.scoring.evidence.words import scale_words, short_number
 from heyoka_bike.scoring.findings import Severity, maneuvers, named
 
 VISIBLE = 1e-2
@@ -183,8 +183,8 @@ class EnergySum(Evidence):
     def message(self) -> str:
         return (
             f"{maneuvers(self.maneuvers).capitalize()}: potential plus kinetic energy differs from "
-            f"the mechanical energy by up to {self.energy_sum:.2g} J; rounding explains only "
-            f"{self.floor:.2g} J"
+            f"the mechanical energy by up to {short_number(self.energy_sum)} J; rounding explains "
+            f"only {short_number(self.floor)} J"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
-from heyoka_bike.scoring.evidence.words import scale_words
+from heyoka_bike.scoring.evidence.words import scale_words, short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named
 
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
@@ -342,7 +342,7 @@ class ContactYields(Evidence):
 
     def message(self) -> str:
         return (
-            f"In every maneuver the potential energy falls by {self.energy:.2g} J within "
+            f"In every maneuver the potential energy falls by {short_number(self.energy)} J within "
             f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. Make "
             "contact and friction stiffer (docs/how-to/engines.md); a smaller step alone does not "
             "help"
@@ -372,10 +372,10 @@ class EnergyKept(Evidence):
 
     def message(self) -> str:
         most = max(self.exchanged.values())
-        to = f" to within {self.left:.2g} J" if self.left else ""
+        to = f" to within {short_number(self.left)} J" if self.left else ""
         return (
-            f"The mechanical energy is constant{to}, although the potential and the "
-            f"kinetic energy are off by up to {most:.2g} J. So the cause is not a damper, drag, "
+            f"The mechanical energy is constant{to}, although the potential and the kinetic energy "
+            f"are off by up to {short_number(most)} J. So the cause is not a damper, drag, "
             "friction or a drive, which would change the mechanical energy"
         )
 

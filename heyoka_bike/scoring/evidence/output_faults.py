@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import scale_words, unit_text
+from heyoka_bike.scoring.evidence.words import scale_words, short_number, unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS
@@ -499,11 +499,11 @@ class EnergyOfOtherMotion(Evidence):
     def message(self) -> str:
         other = "inertias and lengths" if self.key == "kinetic_energy" else "lengths and gravity"
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. It "
-            "differs from the energy computed from the file's angles, rates and speed by up to "
-            f"{self.off:.2g} J, far more than the errors of these columns explain. Check how this "
-            f"energy is computed, with which masses, {other}, and whether both wheels stay on the "
-            "floor and roll"
+            f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. The "
+            "energy computed from the file's angles, rates and speed differs by up to "
+            f"{short_number(self.off)} J, far more than the errors of these columns explain. Check "
+            f"with which masses, {other} this energy is computed, and whether both wheels stay on "
+            "the floor and roll"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -988,7 +988,7 @@ class ColumnBeside(Evidence):
             more = {"factor": self.fit.factor, "offset": self.fit.offset}
         else:
             said = (
-                f"is wrong by up to {self.max_rel_error:.2g} of its largest value, {alone}. "
+                f"is wrong by up to {scale_words(self.max_rel_error)}, {alone}. "
                 f"Neither a factor nor an offset explains it. {advice}"
             )
         where = f"{self.key} of {maneuvers(self.maneuvers)}"

@@ -15,12 +15,16 @@ _MOST_OPEN = 3
 
 # Names of units that are spelled out, so their plural needs an s.
 _SPELLED_OUT = re.compile(r"\b(degree|revolution)\b")
+# The unit of a forward speed that is written as the rate of a wheel, such as ``0.3 m rad s-1``.
+_RATE_OF_WHEEL = re.compile(r"^([0-9]\S* m) (rad s-1)$")
 # A unit divided by another unit, such as ``m s-1``.
 _ONE_PER = re.compile(r"^(\S+) ([a-z]+)-1$")
 
 
 def unit_text(unit: str) -> str:
     """Format a unit as people write it: ``rad s-1`` becomes rad/s, ``degree`` degrees."""
+    if wheel := _RATE_OF_WHEEL.fullmatch(unit):
+        return f"{unit_text(wheel[2])} (wheel radius {wheel[1]})"
     return printable(_SPELLED_OUT.sub(r"\1s", _ONE_PER.sub(r"\1/\2", unit)))
 
 
@@ -79,7 +83,7 @@ def scale_words(error: float, column: str = "") -> str:
 
 def errors_words(errors: Errors) -> str:
     """Format the largest errors, one for each maneuver, as "0.17 / 1.3e-08"."""
-    return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
+    return " / ".join("-" if x is None else short_number(x) for x in errors)
 
 
 def its_errors(errors: Errors) -> str:

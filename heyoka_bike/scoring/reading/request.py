@@ -109,7 +109,7 @@ class Request:
     def columns_hint(self) -> str:
         """The end of a message about unknown names, with the option that names the columns."""
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
-        return f"{self.option}{said} names them"
+        return f"to name the columns, use {self.option}{said}"
 
     def by_name(self, members: Iterable[tuple[str, Any]]) -> dict[str, Any]:
         """Return pairs of a name and an object as a mapping; raise an error if a name occurs twice.
