@@ -143,15 +143,15 @@ def _report(report: Report) -> Iterator[_Entry]:
         f"maneuver {m.maneuver}: {number_text.correct_digits(m.worst and m.worst.scd)}"
         for m in report.maneuvers
     )
-    judged = (
-        f"maneuver {m.maneuver}: {verdict_text.performance_words(m)}, by the energy alone"
+    judged = "; ".join(
+        f"maneuver {m.maneuver}: {verdict_text.performance_words(m)}"
         for m in report.maneuvers
         if m.performance_limit is not None
     )
     yield "digits", ", ".join(digits), 1
     yield "worst", verdict_text.worst_error_words(report), 1
     yield "conventions", conventions(report), 2
-    yield "eq. (1)", ", ".join(judged), 1
+    yield "eq. (1)", f"{judged}; checks only the energy" if judged else "", 1
     yield "required", _unmet(report), 1
     yield "warnings", _warnings(report), 1
 
