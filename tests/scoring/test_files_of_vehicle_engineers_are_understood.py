@@ -95,6 +95,8 @@ def test_the_rate_of_a_wheel_is_its_speed(heading, turned, columns, reference, t
     assert speed.as_understood.definition == "wheel_spin"
     assert speed.as_understood.unit == "0.3 m rad s-1"
     assert "wheel_rate" in codes(report)
+    said = next(f.message for f in report.findings if f.code == "conventions")
+    assert "forward_speed is in rad/s (wheel radius 0.3 m)" in said
 
 
 @pytest.mark.parametrize("heading", ["forward_speed [rad/s]", "v [rad/s]"])

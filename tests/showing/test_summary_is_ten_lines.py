@@ -58,6 +58,8 @@ def test_it_answers_in_this_order():
         (lambda: _part(sample_reports.sample(1e-9)), "write rows over the whole run"),
         (lambda: _rounded(sample_reports.sample()), "write the values unrounded"),
         (lambda: _explained(sample_reports.rough()), "gravity is 9.8"),
+        (sample_reports.series, "for the report of the finest run"),
+        (sample_reports.programs, "for the report of the best program"),
     ],
 )  # fmt: skip
 def test_it_says_what_to_do_next(report, says):

@@ -195,7 +195,8 @@ class OtherDefinition(Convention):
         sure = f", {odds_words(taken.odds)}" if taken.odds else ""
         return (
             f"{self.key} is {taken.definition}{sure}{_in_brackets(open_words(taken.may_also_be))}. "
-            f"{its_errors(self.errors)}; with the default {self.default}: "
+            f"{_largest(self)}; with the default {self.default} "
+            f"{'it' if len(self.errors) == 1 else 'they'} would be "
             f"{errors_words(self.errors_of_default)}"
         )
 
@@ -210,9 +211,7 @@ class OtherSign(Convention):
     code = "sign"
 
     def message(self) -> str:
-        return (
-            f"{self.key} has the opposite sign. {its_errors(self.errors)} after the sign is flipped"
-        )
+        return f"{self.key} has the opposite sign. {_largest(self)} after the sign is flipped"
 
     def numbers(self) -> Mapping[str, Any]:
         return _of_convention(self)
@@ -229,7 +228,7 @@ class OtherUnit(Convention):
 
     def message(self) -> str:
         unit, default = unit_text(self.unit), unit_text(self.default)
-        return f"{self.key} is in {unit}, not {default}. {its_errors(self.errors)} {default}"
+        return f"{self.key} is in {unit}, not {default}. {_largest(self)}"
 
     def numbers(self) -> Mapping[str, Any]:
         return {**_of_convention(self), "unit": self.unit}
@@ -245,7 +244,7 @@ class OtherZero(Convention):
 
     def message(self) -> str:
         return (
-            f"{self.key} is shifted by {_off(self.key, self.offset)}. {its_errors(self.errors)} "
+            f"{self.key} is shifted by {_off(self.key, self.offset)}. {_largest(self)} "
             "after this constant is subtracted"
         )
 
@@ -352,8 +351,8 @@ class DefinitionUnknown(Evidence):
             )
         return (
             f"{self.key} fits no known definition{sure}{others}. The nearest definition is "
-            f"{self.nearest}. {its_errors(self.errors)} with that definition. Check to which point "
-            "and axis the column refers, and how it is computed and written"
+            f"{self.nearest}. {_largest(self)} with that definition. Check to which point and axis "
+            "the column refers, and how it is computed and written"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -394,6 +393,12 @@ def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
         else:
             where = "above" if offset < 0 else "below"
             yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _largest(e: Convention | DefinitionUnknown) -> str:
+    """Begin a sentence on the largest errors of a column, as "Its largest error is 0.17 rad"."""
+    unit = COMPARED[e.key][0].unit
+    return its_errors(e.errors) + ("" if unit == "1" else f" {unit_text(unit)}")
 
 
 def _off(key: str, offset: float) -> str:

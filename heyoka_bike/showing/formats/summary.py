@@ -26,7 +26,7 @@ from heyoka_bike.scoring.findings import Severity, named
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.runs import Run, Series
+from heyoka_bike.scoring.runs import Series
 from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.report_document import conventions
 from heyoka_bike.showing.wording import number_text, run_text, verdict_text
@@ -254,13 +254,13 @@ def _missing(report: Report) -> list[str]:
 
 
 def _next_of_series(series: Series, in_python: bool) -> str:
-    if not series.is_one_program:
-        save = 'save("report.html")' if in_python else "-o report.html"
-        return f"{save} writes the whole report with charts"
-    best: Run = series.runs[-1]
     if in_python:
-        return "series[-1] is the report of the finest run"
-    return f"run {_command('score', best.report)} for the report of the finest run"
+        if series.is_one_program:
+            return "series[-1] is the report of the finest run"
+        return 'save("report.html") writes the whole report with charts'
+    name, run = run_text.chosen(series)
+    of = "run" if series.is_one_program else "program"
+    return f"run {_command('score', run.report)} for the report of the {name} {of}"
 
 
 def _call(report: Report) -> str:
