@@ -135,7 +135,7 @@ def test_no_model_is_simulated_for_a_correct_file(reference, caplog):
 def test_an_unexplained_force_ends_the_search(reference, caplog):
     report = made(reference, pushed(reference, 1.0))
     assert "together" not in told(caplog, report, reference)
-    hint = "Pairs of mistakes were not simulated (--thorough"
+    hint = "Pairs of mistakes were not tried. To try them, use --thorough"
     assert hint in diagnosed(report, reference).diagnosis[0].message
     thorough = Budget(is_thorough=True)
     caplog.clear()

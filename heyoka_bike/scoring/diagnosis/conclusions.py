@@ -492,8 +492,8 @@ class ForceUnexplained(Evidence):
             said += f". {_nearest_words(self.closest[0])}"
         if self.is_end:
             said += (
-                ". Pairs of mistakes were not simulated (--thorough, in Python thorough=True, "
-                "simulates them)"
+                ". Pairs of mistakes were not tried. To try them, use --thorough, or thorough=True "
+                "in Python"
             )
         return said
 
@@ -553,8 +553,8 @@ class TorqueLaw(Evidence):
         said = (
             f"The program applies an extra torque {where}, or lacks one. The torque is an odd "
             f"function of the {law.variable} alone, for example {values}. It was fitted to one "
-            "half of the run. In the other half, the file satisfies the equations with this torque "
-            f"{short_number(law.relief)} times better than the exact ones"
+            "half of the run. In the other half, the file satisfies the equations of motion "
+            f"{short_number(law.relief)} times better with this torque than without it"
         )
         if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
             said += (

@@ -77,7 +77,8 @@ class ErrorOfRounding(Evidence):
         return (
             f"The error is at most {self.max_rel_error:.1g} of a column's largest value, as small "
             "as rounding of binary64 arithmetic during a run. If a smaller tolerance or step does "
-            f"not reduce it ({_BOTH_TOLERANCES}), it comes from the arithmetic, not from the model"
+            "not reduce it, it comes from the arithmetic, not from the model. To compare two runs, "
+            f"use {_BOTH_TOLERANCES}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
