@@ -305,8 +305,8 @@ class SensesOpposed(Evidence):
     def message(self) -> str:
         return (
             "Roll is positive to the left, but steer to the right. Right-handed axes give this "
-            "only if one points backward and another down. Otherwise roll or steer has a sign "
-            "error (with x forward and z up: steer)"
+            "only if one points backward and another down. If x points forward, roll has a sign "
+            "error. If z points up, steer has a sign error"
         )
 
     def numbers(self) -> Mapping[str, Any]:
