@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
@@ -32,6 +32,7 @@ from heyoka_bike.scoring.evidence.as_read import TimesFromFirst, TimeUnitContrad
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.free import with_all_turns, with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.heading import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows, renamed
@@ -159,6 +160,7 @@ def align(results: Results, reference: Reference) -> Alignment:
     seen = list(results.seen)
     parts: list[Part] = []
     lost: list[Part] = []
+    orders: dict[int, dict[str, str]] = {}
     numbers = _numbers(results, reference)
     for rows, (number, evidence) in zip(results.maneuvers, numbers, strict=True):
         seen += evidence
@@ -172,7 +174,10 @@ def align(results: Results, reference: Reference) -> Alignment:
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
         if len(part.time):
-            outside += _evidence_of_exchange(part, rows, reference, results)
+            if order := _another_order(part):
+                orders[number] = order
+            else:
+                outside += _evidence_of_other_maneuver(part, rows, reference)
             outside += _evidence_of_larger_unit(part)
         seen += [x for x in outside if x not in seen]
         (parts if len(part.time) else lost).append(part)
@@ -183,6 +188,7 @@ def align(results: Results, reference: Reference) -> Alignment:
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
+    seen += _evidence_of_other_orders(parts, orders, results)
     times = [rows.time for rows in results.maneuvers if len(rows.time)]
     return Alignment(
         file=FileInfo(
@@ -448,21 +454,30 @@ def _not_zero_at_start(part: Part) -> list[str]:
     return [k for k in part.values if abs(reference[k][0]) > TOLERANCE * reference.scale(k)]
 
 
-def _evidence_of_exchange(
-    part: Part, rows: Rows, reference: Reference, results: Results
+def _evidence_of_other_orders(
+    parts: Sequence[Part], orders: Mapping[int, Mapping[str, str]], results: Results
 ) -> tuple[Evidence, ...]:
-    """Return evidence that the values clearly fit other columns, or another maneuver."""
-    if order := _another_order(part):
-        option = ""
-        if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
-            several = len(results.maneuvers) > 1
-            names = [
-                f"m{r.maneuver}_{order[key]}" if several else order[key]
-                for r in results.maneuvers
-                for key in r.values
-            ]
-            option = _option(results, "columns", f"time,{','.join(names)}")
-        return (OtherOrder(tuple(order.values()), option),)
+    """Return evidence that the values of maneuvers clearly fit other columns, once for an order."""
+    option = ""
+    if all({*part.values} == {*BENCHMARK_COLUMNS} for part in parts):
+        names = [
+            f"m{part.number}_{meaning}" if len(parts) > 1 else meaning
+            for part in parts
+            for key in part.values
+            for meaning in [orders.get(part.number, {}).get(key, key)]
+        ]
+        option = _option(results, "columns", f"time,{','.join(names)}")
+    alike = grouped((tuple(order.values()), n) for n, order in orders.items())
+    return tuple(
+        OtherOrder(keys, option, tuple(numbers) if len(numbers) < len(parts) else ())
+        for keys, numbers in alike.items()
+    )
+
+
+def _evidence_of_other_maneuver(
+    part: Part, rows: Rows, reference: Reference
+) -> tuple[Evidence, ...]:
+    """Return evidence that the values clearly fit another maneuver."""
     if _distance(part) < TOLERANCE:
         return ()
     found = recognised(_parts_of_every_maneuver(rows, reference))

@@ -6,6 +6,7 @@ import pytest
 
 from generators.made_results import codes, made
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -43,6 +44,12 @@ def test_the_verdict_names_columns_once_for_all_maneuvers(reference, maneuvers, 
     results = without(reference, ENERGIES, maneuvers=maneuvers)
     said = ", ".join(f"{key}{where}" for key in ENERGIES)
     assert score(results, reference).verdict.endswith(f"; {said} are not compared")
+
+
+def test_columns_that_are_left_out_are_not_called_exact(reference):
+    results = without(reference, ENERGIES, maneuvers=(2,))
+    said = [f.message for f in diagnose(results, reference).diagnosis]
+    assert said == ["Every column that was compared is as exact as the digits written allow"]
 
 
 @pytest.mark.parametrize("text", ["scd >= 1", "kinetic_energy.scd >= 1", "coverage >= 1",

@@ -253,6 +253,16 @@ def test_columns_in_another_order_are_named_once(numbers, columns, reference):
                  *KEYS, numbers=numbers)  # fmt: skip
 
 
+def test_another_order_in_one_maneuver_is_undone_there_alone(columns, reference):
+    orders = {1: KEYS, 2: ORDER, 3: KEYS}
+    table = np.column_stack([TIME, *(columns[n][k] for n, keys in orders.items() for k in keys)])
+    (finding,) = [f for f in score(table, reference).findings if f.severity == "warning"]
+    assert finding.evidence["maneuvers"] == [2]
+    assert finding.message.startswith("The columns of maneuver 2 seem to be in another order")
+    told = finding.message.partition("columns=")[2]
+    assert_right(score(table, reference, columns=told), *KEYS, numbers=(1, 2, 3))
+
+
 def test_two_columns_that_changed_places_are_named(columns, reference):
     keys = [KEYS[6], *KEYS[1:6], KEYS[0], KEYS[7]]
     report = score(np.column_stack([TIME, *(columns[1][k] for k in keys)]), reference)

@@ -17,6 +17,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.rows.wrong_times import own_times as other_times
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing.formats.summary import diagnosis
 from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
 
@@ -47,6 +48,8 @@ def test_signs_that_contradict_each_other_are_not_called_right(reference):
     (said,) = diagnosed(report, reference).diagnosis
     assert said.code == "signs_disagree"
     assert "right by itself, but steer_angle and steer_rate have opposite signs" in said.message
+    text = diagnosis(diagnosed(report, reference))
+    assert " ".join(text.split()).count("steer_angle and steer_rate have opposite signs") == 1
 
 
 @pytest.mark.proof

@@ -355,11 +355,12 @@ class IntegratedBy(Evidence):
 
     def message(self) -> str:
         names = " or ".join(m.says for m in self.methods)
+        which = "this" if len(self.methods) == 1 else "the first"
         h = self.hypothesis
         said = "The error is that of " if self.is_sure else "The error is nearest to that of "
         said += (
-            f"{names}. A run of this method agrees with the file {short_number(h.relief, 1)} times "
-            "better than the exact motion does. "
+            f"{names}. A run of {which} method agrees with the file {short_number(h.relief, 1)} "
+            "times better than the exact motion does. "
         )
         if not self.is_sure:
             return said + (
@@ -652,16 +653,20 @@ class NothingWrong(Evidence):
     Attributes
     ----------
     keys : tuple of str
-        The right columns; empty if every column is.
+        The right columns; empty if every column that was compared is.
     signs : SignContradiction or None
         Contradictory signs of columns that are right one by one.
+    are_all
+        True if all columns of the file were compared.
     """
 
     keys: tuple[str, ...] = ()
     signs: SignContradiction | None = None
+    are_all: bool = True
 
     def _finding(self) -> Finding:
-        which = f"{named(self.keys)}: each" if self.keys else "Every column"
+        every = "Every column" if self.are_all else "Every column that was compared"
+        which = f"{named(self.keys)}: each" if self.keys else every
         if self.signs is None:
             said = f"{which} is as exact as the digits written allow"
             return info("nothing_to_explain", said)

@@ -227,7 +227,7 @@ class Pursuit:
             return Answer(report, (NothingToDiagnose(),))
         asked = replace(report, maneuvers=maneuvers)
         if is_right(asked):
-            return Answer(report, (NothingWrong(),))
+            return Answer(report, (NothingWrong(are_all=not report.not_compared),))
         visible = visible_faults.shown(asked)
         if visible_faults.are_departures(visible, asked):
             # A mistake of the model or of the initial conditions would be visible from the start of
@@ -344,7 +344,8 @@ def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
     every = report.by_column()
     told = tuple(key for key in every if key in keys)
     signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
-    return NothingWrong(() if len(told) == len(every) else told, signs)
+    named = () if len(told) == len(every) else told
+    return NothingWrong(named, signs, not report.not_compared)
 
 
 def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | None]:

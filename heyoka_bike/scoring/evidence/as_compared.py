@@ -152,22 +152,26 @@ class OtherOrder(Evidence):
         The keys that the values fit, in the order of the file.
     told
         The option that states this order; empty if there is none.
+    maneuvers : tuple of int
+        The maneuvers in this order; empty if all of them are.
     """
 
     keys: tuple[str, ...]
     told: str = ""
+    maneuvers: tuple[int, ...] = ()
 
     code = "columns_in_another_order"
     severity = Severity.WARNING
 
     def message(self) -> str:
-        said = f"The columns seem to be in another order: {', '.join(self.keys)}"
+        of = f" of {maneuvers(self.maneuvers)}" if self.maneuvers else ""
+        said = f"The columns{of} seem to be in another order: {', '.join(self.keys)}"
         if self.told:
             said += f". To use this order: {self.told}"
         return said
 
     def numbers(self) -> Mapping[str, Any]:
-        return {"columns": list(self.keys)}
+        return {"columns": list(self.keys), "maneuvers": list(self.maneuvers)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,7 +120,7 @@ class SingleRows(Evidence):
     def message(self) -> str:
         if self.rows == 1:
             what = "repeats the row before it" if self.is_held else "does not fit its neighbours"
-            said = f"1 single row {what}, at {self.time:.6g} s"
+            said = f"one row {what}, at {self.time:.6g} s"
         else:
             what = "repeat the row before them" if self.is_held else "do not fit their neighbours"
             said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
@@ -248,7 +248,9 @@ class OtherClock(Evidence):
             if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
                 in_rows = " (one row)" if abs(rows) == 1 else f" ({abs(rows):g} rows)"
             when = f"each row belongs to a time {abs(self.shift):.6g} s{in_rows} {way}"
+            saved = ", and whether a row is saved before or after the step"
         else:
+            saved = ""
             sign = "minus" if self.shift < 0.0 else "plus"
             more = f" {sign} {abs(self.shift):.3g} s" if self.shift else ""
             when = f"the correct times are {scale} times those written{more}"
@@ -262,7 +264,7 @@ class OtherClock(Evidence):
             )
         return (
             f"{rows_of} are correct, but not at the times written: {when}. Check how "
-            f"{times_of} are written, and whether a row is saved before or after the step"
+            f"{times_of} are written{saved}"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -94,10 +94,14 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     # The diagnosis does not contain the findings of these classes, so list them before the
     # diagnosis.
     odd_signs = (SignContradiction, SensesOpposed)
+    contradicted = [
+        f.evidence["columns"] for f in report.diagnosis if f.code == SignContradiction.code
+    ]
     beside = [
         x
         for x in report.seen
         if isinstance(x, (DefinitionUnknown, NeverFilled, WholeTurns, *odd_signs))
+        and not (isinstance(x, SignContradiction) and [*x.keys] in contradicted)
     ]
     own = [x for x in report.seen if isinstance(x, Conventions)]
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
