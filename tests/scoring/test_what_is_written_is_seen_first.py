@@ -244,6 +244,10 @@ def test_a_wrong_motion_that_stops_is_diagnosed_up_to_there(reference):
     assert "From 8 s on, the rows of maneuvers 1, 2 and 3 do not change" in stopped.message
     ((change,),) = cause.evidence["changes"]
     assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.25))
+    # The gyroscopic moment of the wheel acts most on the steer axis.
+    assert cause.evidence["acceleration"]["equation"] == "steer"
+    assert cause.evidence["acceleration"]["relief"] > 1e3
+    assert "steer" not in cause.message
 
 
 def test_rates_that_are_set_to_zero_are_not_held(reference):

@@ -66,11 +66,6 @@ def equation_words(name: str) -> str:
     return "the equation of the forward speed" if name == "speed" else f"the {name} equation"
 
 
-def acceleration_words(name: str) -> str:
-    """Name the acceleration of an equation of motion: "roll acceleration"."""
-    return f"{'forward' if name == 'speed' else name} acceleration"
-
-
 def accelerations_words(shares: Mapping[str, float]) -> str:
     """List relative errors of accelerations, as "0.3 % (roll) and 2.1 % (steer)"."""
     *first, last = (

@@ -12,14 +12,12 @@ from typing import Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.cause_words import (
     UNIT_OF_VALUE,
-    acceleration_words,
     accelerations_words,
     count_words,
     equation_words,
     inertia_words,
     mistakes_words,
     relief_words,
-    share_words,
     with_words,
 )
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
@@ -124,6 +122,7 @@ class Explained(Evidence):
                 gain=first.gain,
                 relief=first.relief,
                 changes=changes,
+                acceleration=self._acceleration(),
                 is_all=self.rest is None,
             )
         else:
@@ -135,21 +134,21 @@ class Explained(Evidence):
                 mistakes=codes,
                 **_errors(first),
                 indistinguishable=alike,
+                acceleration=self._acceleration(),
                 is_all=self.rest is None,
             )
         return found if self.rank == 1 else replace(found, severity=Severity.INFO)
 
+    def _acceleration(self) -> dict[str, Any] | None:
+        """Return the equation with the largest residual, and what the cause explains of it."""
+        if self.acceleration is None:
+            return None
+        return dict(zip(("equation", "share", "relief"), self.acceleration, strict=True))
+
     def _proof(self) -> str:
-        """Describe how much of the error the cause explains, in whole runs and in the equations."""
+        """Describe how much of the error the cause explains."""
         first = self.hypotheses[0]
         said = relief_words(first.mistakes, first.relief)
-        if self.acceleration is not None:
-            where, share, factor = self.acceleration
-            said += (
-                f". The {acceleration_words(where)} in the file differs from the "
-                f"exact equations by {share_words(share)}. With {with_words(first.mistakes)} in "
-                f"the equations, the difference is {short_number(factor, 1)} times smaller"
-            )
         if self.rest is None and self.left:
             # An integration error larger than `TOLERANCE` is unlikely: the author would have seen
             # it in a plot.
@@ -364,9 +363,8 @@ class IntegratedBy(Evidence):
         )
         if not self.is_sure:
             return said + (
-                "The remaining error may come from the coordinates of your program, because the "
-                "error of a method depends on them. If a smaller step does not reduce the error, "
-                "look for another cause"
+                "The rest may come from the coordinates of your program. If a smaller step does "
+                "not reduce the error, look for another cause"
             )
         rest = "No other error is visible" if self.rest is None else _rest_words(h, self.rest)
         return f"{said}{rest}. Take a smaller step, or a method of higher order"
@@ -434,14 +432,8 @@ class LeftOfEquations(Evidence):
         if self.may_be_explicit:
             return f"{said}An integrator can cause this much; a wrong term would cause more"
         if self.above <= _MAX_RATIO_OF_INTEGRATORS:
-            said += "Interpolated rows or an implicit integrator can cause this much. "
-        else:
-            said += "No known integrator causes this much. "
-        return (
-            f"{said}This error is {short_number(self.above)} times the mismatch between the rates "
-            "and the slopes of the angles; in right programs this ratio is at most "
-            f"{_MAX_RATIO_OF_INTEGRATORS:g}"
-        )
+            return f"{said}Interpolated rows or an implicit integrator can cause this much"
+        return f"{said}No known integrator causes this much"
 
     def numbers(self) -> Mapping[str, Any]:
         return _residual(self)
@@ -486,15 +478,14 @@ class ForceUnexplained(Evidence):
         )
         said = (
             f"{what}. The unexplained force or torque is largest in "
-            f"{equation_words(self.left.acts_in)}: look there first. The accelerations in the file "
-            f"are off by {accelerations_words(self.left.shares)}"
+            f"{equation_words(self.left.acts_in)}: look there first"
         )
         if self.closest:
             said += f". {_nearest_words(self.closest[0])}"
         if self.is_end:
             said += (
-                ". Pairs of mistakes were not tried. To try them, use --thorough, or thorough=True "
-                "in Python"
+                ". Pairs of mistakes were not tried. To try them, use --thorough (thorough=True in "
+                "Python)"
             )
         return said
 
