@@ -121,8 +121,8 @@ def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
 
 MODEL_MISTAKES: tuple[Mistake, ...] = (
     *(mistake for frame in _FRAMES_AND_HUBS for mistake in _of_frame(*frame)),
-    *(_model(f"{code}_{n}_decimals", f"{what} have {n} places after the point", _DIGITS,
-             _rounded(n, prefix))
+    *(_model(f"{code}_{n}_decimals", f"{what} have {n} place{'s' * (n > 1)} after the point",
+             _DIGITS, _rounded(n, prefix))
       for code, what, prefix, places in (("inertia", "all moments and products of inertia", "I",
                                           (1, 2, 3)),
                                          ("all", "all values of the table", "", (2, 3)))
