@@ -56,6 +56,7 @@ def test_it_answers_in_this_order():
         (sample_reports.nothing, "nothing in it could be compared"),
         (lambda: sample_reports.sample(1e-9), "--require 'scd >= 8' --require 'coverage >= 1'"),
         (lambda: _part(sample_reports.sample(1e-9)), "write rows over the whole run"),
+        (lambda: _gap(sample_reports.sample(1e-9)), "check why some values are not finite"),
         (lambda: _rounded(sample_reports.sample()), "write the values unrounded"),
         (lambda: _explained(sample_reports.rough()), "gravity is 9.8"),
         (sample_reports.series, "for the report of the finest run"),
@@ -68,6 +69,13 @@ def test_it_says_what_to_do_next(report, says):
 
 def _part(report):
     return replace(report, maneuvers=tuple(replace(m, coverage=0.4) for m in report.maneuvers))
+
+
+def _gap(report):
+    first, *others = report.maneuvers
+    column, *columns = first.columns
+    columns = (replace(column, missing=1), *columns)
+    return replace(report, maneuvers=(replace(first, columns=columns), *others))
 
 
 def _rounded(report):

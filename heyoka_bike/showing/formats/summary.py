@@ -27,6 +27,7 @@ from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.verdict import MIN_COVERAGE
 from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.report_document import conventions
 from heyoka_bike.showing.wording import number_text, run_text, verdict_text
@@ -222,13 +223,15 @@ def _next(report: Report, in_python: bool) -> str:
         return "name each column by its quantity, and leave out columns that are not computed"
     if missing := _missing(report):
         return f"write the missing columns too: {named(missing)}"
-    if not report.is_whole:
+    covered = min(m.coverage for m in report.maneuvers)
+    if covered < MIN_COVERAGE:
         return "write rows over the whole run, dense enough to resolve the motion"
+    if not report.is_whole:
+        return "check why some values are not finite: each column needs a number in every row"
     if found == Grade.UNTOLD:
         return "write the values unrounded, with 17 digits, to show the accuracy of the program"
     shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
     digits = math.floor(min(filter(None, shown), default=6.0))
-    covered = min(m.coverage for m in report.maneuvers)
     least = [f"scd >= {min(digits, _MOST_REQUIRED)}",
              f"coverage >= {math.floor(1000 * covered) / 1000:g}"]  # fmt: skip
     if in_python:
