@@ -33,6 +33,7 @@ from heyoka_bike.scoring.evidence.column_meaning import SignContradiction, in_un
 from heyoka_bike.scoring.evidence.words import either, scale_words, short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR
 
 _CHECK_FORCES = (
@@ -353,7 +354,8 @@ class IntegratedBy(Evidence):
         return self.hypothesis.relief > BY_FAR**2
 
     def message(self) -> str:
-        names = " or ".join(m.says for m in self.methods)
+        alike = grouped((f"{m.step:.3g} s", m.method) for m in self.methods)
+        names = either([f"{either(x)} with a step of {step}" for step, x in alike.items()])
         which = "this" if len(self.methods) == 1 else "the first"
         h = self.hypothesis
         said = "The error is that of " if self.is_sure else "The error is nearest to that of "
