@@ -18,6 +18,10 @@ The first row also shows the unit and the sign if the motion is wrong. If the ro
 conditions in only one unit and sign, the column has these. An angle has the sign of its rate. If
 one column of a file is in degrees, others may be in degrees, however wrong they are.
 
+A rate is the slope of its angle, whatever the motion is. So the rows of a wrong motion, too, show
+whether the two have the same sign. If they do not, the one that fits better with the other sign is
+flipped.
+
 Before the values are compared, the default is five times as likely as any other definition. The
 same holds for a definition that belongs to one already found: the derivative of the file's own
 angle, or the pitch and yaw of the same attitude. A definition remains open while the odds against
@@ -46,7 +50,7 @@ so large and so even.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -55,6 +59,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import (
+    ANGLE_OF,
     BENCHMARK_COLUMNS,
     COMPARED,
     DERIVATIVES,
@@ -69,6 +74,7 @@ from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
+from heyoka_bike.scoring.slopes import opposite_pairs
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # In likelihoods, an error curve counts as this many independent values. Error curves of programs
@@ -96,6 +102,7 @@ _UnitAndSign = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
+_WITH_SLOPES = {*ANGLE_OF, *RATE_OF}
 _UNSIGNED = (*_ENERGY_KEYS, "rear_friction", "front_friction")
 
 
@@ -190,11 +197,18 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
     found: dict[str, Understanding] = {}
     starts = _units_and_signs_at_start(samples)
     off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
-    for key in COMPARED:
+
+    def choose(key: str, signs: Sequence[int] = (1, -1)) -> Understanding:
         having = [i for i, s in enumerate(samples) if key in s.values]
-        if having:
-            errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
-            found[key] = _choose(key, [samples[i] for i in having], errors, found, starts)
+        errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
+        return _choose(key, [samples[i] for i in having], errors, found, starts, signs)
+
+    for key in COMPARED:
+        if any(key in s.values for s in samples):
+            found[key] = choose(key)
+    for pair in _opposite_in_wrong_motion(found, samples, starts):
+        flipped = min(pair, key=lambda key: _cost_of_flip(key, found[key], samples))
+        found[flipped] = choose(flipped, (-found[flipped].sign,))
     # The kinetic energy has a fixed zero, so it shows the unit best if no heading names one.
     energies = [key for key in _ENERGY_KEYS if key in found]
     if energies:
@@ -227,7 +241,7 @@ class Sample:
         if expected is None:
             names = [c.name for key in some.values for c in definitions[key]]
             expected = part.reference.approximate(some.time, names)
-        self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
+        self.time, self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}, {}
         self.at_start: set[str] = set()
         self.units = part.units
         height = part.reference["potential_energy"]
@@ -236,7 +250,7 @@ class Sample:
             good = np.isfinite(values) & np.isfinite(expected[key])
             if not good.any():
                 continue
-            self.values[key] = values[good]
+            self.time[key], self.values[key] = some.time[good], values[good]
             if good[0] and some.time[0] == 0.0:
                 self.at_start.add(key)
             self.expected.update({c.name: expected[c.name][good] for c in definitions[key]})
@@ -408,6 +422,32 @@ def _assumed_unit_and_sign(
     return _named_unit(key, samples) or COMPARED[key][0].unit, sign
 
 
+def _opposite_in_wrong_motion(
+    found: Understandings, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> Iterator[tuple[str, str]]:
+    """Yield angles and rates, as interpreted, whose signs contradict each other.
+
+    Columns that are near the expected values show their signs themselves.
+    """
+    rows = [
+        {k: (s.time[k], found[k].in_si(s.values[k])) for k in s.values.keys() & _WITH_SLOPES}
+        for s in samples
+    ]
+    for pair in opposite_pairs(rows, is_begun=bool(starts.keys() & ANGLE_OF.keys())):
+        for key in pair:
+            having = [s for s in samples if key in s.values]
+            if not _is_near(key, _typical(key, found[key], having), having):
+                yield pair
+                break
+
+
+def _cost_of_flip(key: str, u: Understanding, samples: Sequence[Sample]) -> float:
+    """Return the log likelihood of a column as interpreted, minus that with the opposite sign."""
+    both = u, replace(u, sign=-u.sign)
+    likely = np.sum([s.log_likelihoods(key, both) for s in samples if key in s.values], axis=0)
+    return float(likely[0] - likely[1])
+
+
 def _error_of_motion(key: str, sample: Sample, off_by: Mapping[str, float]) -> float:
     """Estimate the error that the motion of a sample may have in a column [SI].
 
@@ -426,6 +466,7 @@ def _choose(
     errors_of_motion: Sequence[float],
     found: Understandings,
     starts: Mapping[str, _UnitAndSign],
+    signs: Sequence[int],
 ) -> Understanding:
     """Choose the unit and the sign of a column, then its definition.
 
@@ -438,10 +479,13 @@ def _choose(
         Interpretations of the columns that were chosen before.
     starts
         Units and signs that the first row shows.
+    signs
+        Signs that the column may have.
     """
     columns = samples[0].definitions[key]
-    assumed = _assumed_unit_and_sign(key, samples, starts)
-    pairs = _units_and_signs(key, samples)
+    pairs = [pair for pair in _units_and_signs(key, samples) if pair[1] in signs]
+    unit, sign = _assumed_unit_and_sign(key, samples, starts)
+    assumed = unit, sign if sign in signs else signs[0]
     candidates = [Understanding(c, *pair) for pair in pairs for c in columns]
     before = np.array([_log_prior(key, c, found) for c in columns])
     likely = np.tile(before, len(pairs)) + np.sum(

@@ -18,10 +18,10 @@ TIME = np.arange(401) / 40
 WRONG = {"IBxx": "0.8"}
 
 
-def columns(reference, time=TIME):
+def columns(reference, wrong=WRONG, time=TIME):
     """Return the columns of each maneuver with the wrong value."""
     program = correct(reference)
-    bicycle = with_changes(program.motion.bicycle, WRONG)
+    bicycle = with_changes(program.motion.bicycle, wrong)
     found = {}
     for n, start in program.motion.starts.items():
         made = motion(bicycle, (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed), time)
@@ -97,3 +97,14 @@ def test_no_fault_is_seen_beside_a_wrong_value_alone(reference):
     codes, values = named(columns(reference), reference)
     assert not codes
     assert list(values) == ["IBxx"]
+
+
+@pytest.mark.parametrize("key", ["roll_rate", "steer_angle"])
+def test_a_flipped_sign_is_named_beside_a_motion_that_resembles_no_other(key, reference):
+    """The exact motion does not show the sign, but the angle's slope and the rate do."""
+    table = columns(reference, {"w": "0.18"})
+    for of in table.values():
+        of[key] = -of[key]
+    codes, values = named(table, reference)
+    assert codes == {"signs_disagree": None}
+    assert values == {"w": pytest.approx(1.2, abs=1e-4)}

@@ -5,11 +5,16 @@ import pytest
 
 from games.files import MOTION
 from games.honest_files import signs
-from generators.made_results import made
+from generators.made_results import exact_columns, made, rows
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.evidence.column_meaning import DEFAULT_CONVENTIONS
+from heyoka_bike.scoring.evidence.column_meaning import (
+    DEFAULT_CONVENTIONS,
+    Conventions,
+    SignContradiction,
+)
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed
+from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.formats.summary import diagnosis
@@ -105,3 +110,56 @@ def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):
     said = diagnosis(report)
     assert DEFAULT_CONVENTIONS not in " ".join(said.split())
     assert "has a sign error" in " ".join(said.split())
+
+
+def wrong_motion(reference, *flipped, every=4, change=lambda x: x):
+    """Return a motion that is soon wrong, with angles whose slopes are their rates."""
+    parts = []
+    for n, m in reference.items():
+        columns = exact_columns(m)
+        slow, slope = np.cos(1.5 * m.time), -1.5 * np.sin(1.5 * m.time)
+        for angle, rate in (LATERAL[:2], LATERAL[2:]):
+            columns[rate] = slow * columns[rate] + slope * columns[angle]
+            columns[angle] = slow * columns[angle]
+        columns |= {key: -columns[key] for key in flipped}
+        kept = slice(None, None, every)
+        parts.append(rows(reference, n, {k: change(x) for k, x in columns.items()}, keep=kept))
+    return Results("wrong.txt", "text", tuple(parts), 16)
+
+
+def contradicted(results, reference):
+    seen = score(results, reference).seen
+    turned = [key for x in seen if isinstance(x, Conventions) for key in x.turned]
+    return [x.keys for x in seen if isinstance(x, SignContradiction)], turned
+
+
+@pytest.mark.parametrize("key", LATERAL)
+def test_a_wrong_motion_shows_the_sign_of_a_rate_by_the_slope_of_its_angle(key, reference):
+    pair = LATERAL[:2] if key in LATERAL[:2] else LATERAL[2:]
+    assert contradicted(wrong_motion(reference, key), reference) == ([pair], [])
+
+
+def test_a_wrong_motion_with_both_rates_turned_round_contradicts_both_angles(reference):
+    flipped = wrong_motion(reference, "roll_rate", "steer_rate")
+    assert contradicted(flipped, reference) == ([LATERAL[:2], LATERAL[2:]], [])
+
+
+@pytest.mark.parametrize("flipped", [(), LATERAL[:2], LATERAL[2:], LATERAL])
+def test_angles_of_a_wrong_motion_that_turn_with_their_rates_contradict_nothing(flipped, reference):
+    assert not contradicted(wrong_motion(reference, *flipped), reference)[0]
+
+
+def test_neither_rows_far_apart_nor_reversed_rows_show_a_sign(reference):
+    far = wrong_motion(reference, "steer_rate", every=200)
+    assert not contradicted(far, reference)[0]
+    assert not contradicted(wrong_motion(reference, change=lambda x: x[::-1]), reference)[0]
+
+
+def test_the_roll_angle_of_a_bicycle_that_has_fallen_shows_no_sign(reference):
+    """It turns back at 90 degrees, although its rate continues."""
+    fallen = wrong_motion(reference)
+    for part in fallen.maneuvers:
+        x = part.values["roll_angle"]
+        limit = np.max(np.abs(x)) / 5.0
+        part.values["roll_angle"] = np.where(np.abs(x) > limit, 2.0 * np.sign(x) * limit - x, x)
+    assert not contradicted(fallen, reference)[0]

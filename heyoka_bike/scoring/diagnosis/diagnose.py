@@ -107,9 +107,9 @@ def diagnosed(
         # Do not report that nothing is wrong if rows with different values at the same time were
         # left out.
         said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
-    odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
-    if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
-        said = (odd, *said)
+    told = [x.signs for x in said if isinstance(x, NothingWrong)]
+    odd = [x for x in found.report.seen if isinstance(x, SignContradiction)]
+    said = (*(x for x in odd if x not in told), *said)
     explanation = None
     if found.cause is not None and found.curves:
         explanation = Explanation(found.cause.message(), found.curves)

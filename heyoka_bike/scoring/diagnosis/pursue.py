@@ -271,9 +271,18 @@ class Pursuit:
             x
             for x in self.root.seen
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
+            and not self._is_undone(x)
         )
         seen = tuple(x for one in kept if (x := _conventions_with(one, end.cause)) is not None)
         return replace(end, report=replace(self.root, seen=seen), seen=(*undone, *more))
+
+    def _is_undone(self, seen: Evidence) -> bool:
+        """True for signs that do not contradict each other in the corrected rows."""
+        return (
+            isinstance(seen, SignContradiction)
+            and seen not in self.view.seen
+            and self.view.by_column().keys() >= {*seen.keys}
+        )
 
 
 def pursue(

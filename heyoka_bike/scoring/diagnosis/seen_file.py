@@ -403,8 +403,7 @@ class FileUnderTest:
         best: Residual | None = None
         tried: list[Understandings] = []
         taken: Understandings = {}
-        parts = [p.part for p in self._parts]
-        for i, understood in enumerate(readings(parts, self.right.understood)):
+        for i, understood in enumerate(readings(self.right.understood)):
             # The default definitions are tried if nothing explains the residual. Interpretations
             # with other signs are tried only if an unexplained force remains in the equations, or
             # if the file does not show the motion.

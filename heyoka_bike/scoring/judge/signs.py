@@ -7,7 +7,8 @@ column is the product of its choices. Whether there are choices that give the si
 linear system over the integers modulo 2.
 
 A set of columns whose signs no choice explains is a `SignContradiction`: one of them is flipped by
-mistake. Signs that only unusual axes explain are `SensesOpposed`.
+mistake. Signs that only unusual axes explain are `SensesOpposed`. In a wrong motion, the slope of
+an angle still shows whether its rate has the same sign.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed, SignContradiction
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.scores import Place
+from heyoka_bike.scoring.scores import ManeuverScore, Place
+from heyoka_bike.scoring.slopes import opposite_pairs
 
 _ENDS = ("rear", "front")
 _GROUND = {axis: f"ground {axis}" for axis in "xyz"}
@@ -76,7 +79,8 @@ def odd_signs(report: Report) -> Iterator[SignContradiction | SensesOpposed]:
         for key, places in report.by_column().items()
         if _has_sign(places)
     }
-    for keys in contradictions(signs):
+    further = (pair for pair in _opposite_pairs(report) if not signs.keys() >= {*pair})
+    for keys in (*contradictions(signs), *further):
         yield SignContradiction(keys)
     if keys := opposed(signs):
         yield SensesOpposed(keys)
@@ -92,6 +96,26 @@ def _has_sign(places: Sequence[Place]) -> bool:
         if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
             return False
     return True
+
+
+def _opposite_pairs(report: Report) -> Iterator[tuple[str, str]]:
+    """Yield angles and rates of which one is flipped, as the slope of the angle shows."""
+    signs = {key: places[0][1].as_understood.sign for key, places in report.by_column().items()}
+    # Compare the signs as written, because they do not depend on the interpretation.
+    written = [
+        {c.key: (c.trace.time, signs[c.key] * c.trace.value) for c in m.columns if c.values}
+        for m in report.maneuvers
+    ]
+    for angle, rate in opposite_pairs(written, is_begun=any(map(_begins, report.maneuvers))):
+        if signs[angle] != signs[rate]:
+            yield angle, rate
+
+
+def _begins(m: ManeuverScore) -> bool:
+    """True if a first row contains the given initial rate, with either sign."""
+    rates = (c for c in m.columns if c.key in ANGLE_OF and c.values and c.trace.time[0] == 0.0)
+    starts = ((abs(c.trace.value[0]), abs(m.part.reference[c.key][0])) for c in rates)
+    return any(given and abs(x - given) <= TOLERANCE * given for x, given in starts)
 
 
 def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:

@@ -8,29 +8,19 @@ from dataclasses import replace
 from itertools import product
 from math import log
 
-import numpy as np
-
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
-from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 
 
-def readings(
-    parts: Sequence[Part], understood: Mapping[str, Understanding]
-) -> Iterator[Mapping[str, Understanding]]:
+def readings(understood: Mapping[str, Understanding]) -> Iterator[Mapping[str, Understanding]]:
     """Yield interpretations of a file, beginning with the one that fits the exact motion best.
 
-    These are: the definitions that fit best; the default definitions; these with the signs of rates
-    that agree with their angles; and these with the opposite sign of steer.
+    These are: the definitions that fit best; the default definitions; and these with the opposite
+    sign of steer.
     """
     yield understood
     plain = {key: replace(u, column=COMPARED[key][0]) for key, u in understood.items()}
-    yield plain
-    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
-        if angle in plain and rate in plain and _turns_back(parts, plain, angle, rate):
-            plain = plain | {rate: replace(plain[rate], sign=-plain[rate].sign)}
     yield plain
     turned = [key for key in ("steer_angle", "steer_rate") if key in plain]
     yield plain | {key: replace(plain[key], sign=-plain[key].sign) for key in turned}
@@ -59,15 +49,3 @@ def other_definitions(
         read = dict(zip(having, several, strict=True))
         if any(read[key].column != understood[key].column for key in having):
             yield {**understood, **read}
-
-
-def _turns_back(
-    parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
-) -> bool:
-    """True if the slope of an angle mostly has the opposite sign of its rate."""
-    total = 0.0
-    for part in parts:
-        if angle in part.values and rate in part.values and len(part.time) > 1:
-            slope = np.gradient(in_si(part, understood, angle), part.time)
-            total += float(np.nansum(np.sign(slope) * np.sign(in_si(part, understood, rate))))
-    return total < 0.0
