@@ -173,6 +173,39 @@ def test_a_ratio_or_a_zero(key, numbers, factor, offset, unit, reference):
     assert evidence["unit"] == unit
 
 
+@pytest.mark.parametrize("error", [0.0, 1e-9])
+@pytest.mark.parametrize(
+    ("key", "numbers", "factor", "offset", "since", "until"),
+    [
+        ("steer_angle", (1, 2, 3), 180 / np.pi, 0.0, 5.0, None),
+        ("roll_rate", (2,), -1.0, 0.0, None, 3.0),
+        ("forward_speed", (1, 3), 1.0, 0.02, 4.0, 6.0),
+    ],
+)
+def test_a_ratio_or_a_zero_for_a_time(key, numbers, factor, offset, since, until, error, reference):
+    """The rest of the column may have the error of an integrator."""
+    held = columns(reference)
+    time = reference[1].time[ROWS]
+    for n in held:
+        held[n] = {k: x * (1.0 + error * np.sin(time)) for k, x in held[n].items()}
+    for n in numbers:
+        within = (time >= (since or 0.0)) & (time <= (until or 10.0))
+        held[n][key] = np.where(within, factor * held[n][key] + offset, held[n][key])
+    first, *_ = said(reference, held)
+    assert (first.code, first.evidence["column"]) == ("column_ratio", key)
+    assert first.evidence["maneuvers"] == list(numbers)
+    assert first.evidence["factor"] == pytest.approx(factor, abs=1e-5)
+    assert first.evidence["offset"] == pytest.approx(offset, abs=1e-5)
+    assert (first.evidence["since"], first.evidence["until"]) == (since, until)
+
+
+def test_a_column_that_rests_from_some_row_on_has_no_ratio(reference):
+    held = columns(reference)
+    for of in held.values():
+        of["steer_angle"][250:] = of["steer_angle"][250]
+    assert "column_ratio" not in {f.code for f in said(reference, held)}
+
+
 def test_a_ratio_of_two_columns_alone(reference):
     held = {n: {k: x for k, x in c.items() if k in ("roll_angle", "steer_angle")}
             for n, c in columns(reference).items()}  # fmt: skip

@@ -321,6 +321,9 @@ class ColumnRatio(Evidence):
         Written value = factor * exact value + offset [SI unit].
     unit
         The unit with this factor; None if no known unit has it.
+    since, until
+        The first and the last time of the rows with this factor and offset [s]; None if they begin
+        with the first row, or end with the last.
     """
 
     key: str
@@ -328,22 +331,31 @@ class ColumnRatio(Evidence):
     factor: float
     offset: float
     unit: str | None
+    since: float | None = None
+    until: float | None = None
 
     code = "column_ratio"
     severity = Severity.WARNING
 
     def message(self) -> str:
-        where = f"{self.key} of {maneuvers(self.maneuvers)}"
+        where = f"{self._span()}{self.key} of {maneuvers(self.maneuvers)}"
         if abs(self.factor + 1.0) < RIGHT and not self.offset:
             return f"{where} has the opposite sign. Check how this column is computed and written"
         relation = _scaled(Scaled(self.factor, self.offset), COMPARED[self.key][0].unit)
         unit = f", as if it were in {unit_text(self.unit)}" if self.unit else ""
         return f"{where} is {relation}{unit}. Check how this column is computed and written"
 
+    def _span(self) -> str:
+        """Return the beginning of a sentence on some rows; empty if it refers to all rows."""
+        if self.since is None:
+            return "" if self.until is None else f"Until {self.until:.6g} s, "
+        end = "s on" if self.until is None else f"to {self.until:.6g} s"
+        return f"From {self.since:.6g} {end}, "
+
     def numbers(self) -> Mapping[str, Any]:
         numbers = {"factor": self.factor, "offset": self.offset, "unit": self.unit}
         where = {"column": self.key, "maneuvers": list(self.maneuvers)}
-        return {**where, **numbers}
+        return {**where, **numbers, "since": self.since, "until": self.until}
 
 
 @dataclass(frozen=True, slots=True)

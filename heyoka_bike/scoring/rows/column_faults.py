@@ -43,7 +43,7 @@ from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, places
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Trace
 from heyoka_bike.scoring.units import factor, unit_told_by
 
 # If more than this fraction of a column's rows do not fit their neighbours, they are not reported
@@ -64,11 +64,13 @@ class _Deviation:
     Attributes
     ----------
     how
-        The fault: ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
+        The fault: ``another``, ``unsigned``, ``ratio``, ``ratio for a time``, ``clipped`` or
+        ``averaged``.
     values : ndarray, shape (n,)
         Value with the fault - exact value; NaN in rows where the fault determines no value.
     about
-        Numbers of the fault: factor and offset, the two bounds, or the number of averaged rows.
+        Numbers of the fault: factor, offset, and the first and last time; the two bounds; or the
+        number of averaged rows. The times are infinite if the fault does not begin or end in a run.
     other
         For ``another``: key of the column to which the values belong.
     of
@@ -261,7 +263,33 @@ def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     if fit is None:
         return None
     right = c.trace.reference
-    return _Deviation("ratio", fit.factor * right + fit.offset - right, (fit.factor, fit.offset))
+    about = (fit.factor, fit.offset, -np.inf, np.inf)
+    return _Deviation("ratio", fit.factor * right + fit.offset - right, about)
+
+
+def _ratio_for_a_time(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
+    """Describe a column as right, but with a factor or an offset from some row on, or until one."""
+    time, error = c.trace.time, np.abs(c.trace.error)
+    # The error before and after this time may be that of an integrator.
+    least = max(c.hidden, float(np.max(error)) / BY_FAR**2)
+    wrong = np.flatnonzero(error > least)
+    if len(wrong) < MIN_ROWS_FOR_SHAPE:
+        return None
+    rows = slice(wrong[0], wrong[-1] + 1)
+    within = Trace(time[rows], c.trace.value[rows], c.trace.error[rows])
+    if np.ptp(within.value) == 0.0:
+        return None
+    fit = scaled([replace(c, trace=within, values=len(within.time))])
+    if fit is None:
+        return None
+    right = c.trace.reference
+    deviation = fit.factor * right + fit.offset - right
+    # Rows near zero are right with and without the factor.
+    is_off = np.abs(c.trace.error - deviation) > least
+    first = float(time[rows.start]) if is_off[: rows.start].any() else -np.inf
+    last = float(time[rows.stop - 1]) if is_off[rows.stop :].any() else np.inf
+    deviation[(time < first) | (time > last)] = 0.0
+    return _Deviation("ratio for a time", deviation, (fit.factor, fit.offset, first, last))
 
 
 def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
@@ -306,7 +334,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     return best[1] if best else None
 
 
-_COLUMN_FAULTS = (_another, _unsigned, _ratio, _clipped, _averaged)
+_COLUMN_FAULTS = (_another, _unsigned, _ratio, _clipped, _averaged, _ratio_for_a_time)
 """Functions that describe the deviation which one fault makes in a column; None if it makes none.
 
 They are tried in this order, the simplest fault first.
@@ -490,9 +518,10 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 )
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
-            elif how == "ratio":
-                by, more = about
-                yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
+            elif how in ("ratio", "ratio for a time"):
+                by, more, first, last = about
+                unit = _unit_of(report, key, by, more)
+                yield ColumnRatio(key, tuple(of), by, more, unit, _finite(first), _finite(last))
             elif how == "clipped":
                 low, high = map(_finite, about)
                 yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
