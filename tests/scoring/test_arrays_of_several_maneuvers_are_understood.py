@@ -106,7 +106,7 @@ def test_a_column_for_the_maneuver(at, numbers, tmp_path):
     assert_cube(read_results(dict(zip(names, shuffled.T, strict=True))), ("times_unsorted",))
 
 
-@pytest.mark.parametrize("label", ["maneuver_{}", "m{}", '"Maneuver {}"', "M-{}"])
+@pytest.mark.parametrize("label", ["maneuver_{}", "m{}", '"Maneuver {}"', "M-{}", "T{}", "run {}"])
 def test_a_column_of_names_of_maneuvers(label, tmp_path):
     names, rows = long_rows(0)
     lines = [",".join((label.format(int(r[0])), *(f"{x:.17g}" for x in r[1:]))) for r in rows]

@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.digits import (
     column_of_steps,
     written_column,
 )
-from heyoka_bike.scoring.reading.names.heading import group_number
+from heyoka_bike.scoring.reading.names.heading import labelled_number
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadColumn
 from heyoka_bike.scoring.reading.text.blocks import rests
@@ -132,7 +132,7 @@ def read_maneuvers(source: Any, request: Request) -> Array:
     found: list[float] = []
     for x in np.asarray(source[()]).ravel().tolist():
         text = x.decode("latin-1") if isinstance(x, bytes) else str(x)
-        number = group_number(text)
+        number = labelled_number(text)
         found.append(float(_WITH_POINT.number(text) or "nan") if number is None else number)
     return np.array(found, dtype=np.float64)
 

@@ -103,6 +103,8 @@ OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _IN_WORDS = re.compile(r"\bman(?:eu|oeu)v(?:er|re)[\s_.:#=-]*([0-9]{1,3})\b", re.IGNORECASE)
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
+# A word of letters with a number behind, such as T1 or run 1.
+_LABEL = re.compile(r"[^\d]*[^\W\d_][\W_]*([0-9]{1,3})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +328,12 @@ def is_maneuver(name: str) -> bool:
 def group_number(name: str) -> int | None:
     """Return the number in the name of a group, such as ``maneuver_2``; None for other names."""
     match = _GROUP_NAME.fullmatch(WORD_BREAKS.sub("_", name.lower()))
+    return int(match[1]) if match else None
+
+
+def labelled_number(text: str) -> int | None:
+    """Return the number in the label of a maneuver, such as ``T1``; None if it has none."""
+    match = _LABEL.fullmatch(text.strip())
     return int(match[1]) if match else None
 
 
