@@ -173,6 +173,46 @@ def test_a_ratio_or_a_zero(key, numbers, factor, offset, unit, reference):
     assert evidence["unit"] == unit
 
 
+def average_by_simpson(x):
+    """Return the average over each step of 0.02 s, from rows 0.01 s apart."""
+    return (x[:-2:2] + 4.0 * x[1:-1:2] + x[2::2]) / 6.0
+
+
+def average_of_ends(x):
+    return (x[:-2:2] + x[2::2]) / 2.0
+
+
+@pytest.mark.parametrize("average", [average_by_simpson, average_of_ends])
+@pytest.mark.parametrize("step", ["before", "after"])
+@pytest.mark.parametrize(
+    ("key", "name", "numbers"),
+    [
+        ("forward_speed", "forward_speed", (1, 2, 3)),
+        ("forward_speed", "forward_speed_contact", (1, 2, 3)),
+        ("kinetic_energy", "kinetic_energy", (2,)),
+    ],
+)
+def test_the_average_over_a_step(key, name, numbers, step, average, reference):
+    held = columns(reference)
+    for n, of in held.items():
+        of[key] = reference[n].rows[name][ROWS].copy()
+        if n in numbers:
+            of[key][slice(1, None) if step == "before" else slice(-1)] = average(
+                reference[n].rows[name]
+            )
+    first, *rest = said(reference, held)
+    assert first.code == "step_average"
+    assert first.evidence == {"column": key, "maneuvers": list(numbers), "step": step}
+    assert {f.code for f in rest} <= {"remainder"}
+
+
+def test_a_value_half_a_step_late_is_no_average(reference):
+    held = columns(reference)
+    for n, of in held.items():
+        of["forward_speed"][1:] = reference[n].rows["forward_speed"][1:-1:2]
+    assert "step_average" not in {f.code for f in said(reference, held)}
+
+
 @pytest.mark.parametrize("error", [0.0, 1e-9])
 @pytest.mark.parametrize(
     ("key", "numbers", "factor", "offset", "since", "until"),

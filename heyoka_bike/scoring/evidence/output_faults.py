@@ -553,6 +553,39 @@ class SmoothedColumns(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class StepAverage(Evidence):
+    """Each value of a column is the average of the exact values over the step before or after it.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    is_before
+        True for the step that ends at the row, False for the step that begins there.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    is_before: bool
+
+    code = "step_average"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: each value is the average over the step "
+            f"{self._side} its row. Write the value at the time of the row"
+        )
+
+    @property
+    def _side(self) -> str:
+        return "before" if self.is_before else "after"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "step": self._side}
+
+
+@dataclass(frozen=True, slots=True)
 class Remainder(Evidence):
     """The largest error that remains after the reported faults are corrected.
 

@@ -35,6 +35,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     Scaled,
     SingleRows,
     SmoothedColumns,
+    StepAverage,
     UnsignedColumn,
 )
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
@@ -52,6 +53,8 @@ _MOST_SINGLE = 0.2
 # Number of rows on each side with which a single row of large error is compared. If every third row
 # has a wrong time, an error may be 3 times the error two rows further on.
 _ROWS_AROUND = 5
+# Number of Gauss nodes for the average over a step. Four integrate polynomials of degree 7 exactly.
+_NODES_IN_STEP = 4
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
 _FEWEST_CLIPPED = 5
@@ -64,13 +67,14 @@ class _Deviation:
     Attributes
     ----------
     how
-        The fault: ``another``, ``unsigned``, ``ratio``, ``ratio for a time``, ``clipped`` or
-        ``averaged``.
+        The fault: ``another``, ``unsigned``, ``ratio``, ``ratio for a time``, ``clipped``,
+        ``averaged`` or ``step average``.
     values : ndarray, shape (n,)
         Value with the fault - exact value; NaN in rows where the fault determines no value.
     about
-        Numbers of the fault: factor, offset, and the first and last time; the two bounds; or the
-        number of averaged rows. The times are infinite if the fault does not begin or end in a run.
+        Numbers of the fault: factor, offset, and the first and last time, which are infinite if
+        the fault does not begin or end in a run; the two bounds; the number of averaged rows; or 1
+        for the step before each row, 0 for the step after it.
     other
         For ``another``: key of the column to which the values belong.
     of
@@ -334,7 +338,51 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     return best[1] if best else None
 
 
-_COLUMN_FAULTS = (_another, _unsigned, _ratio, _clipped, _averaged, _ratio_for_a_time)
+def _averaged_over_step(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
+    """Describe a column as the average over the step before or after each row.
+
+    The average is that of the motion, such as a distance divided by the step, or that of the values
+    at both ends of the step. All definitions of the column are tried. The deviation is NaN in the
+    row without a step on this side. None if the value in the middle of the step fits better.
+    """
+    time, step = c.trace.time, np.diff(c.trace.time)
+    if c.values < m.rows or not np.all(step > 0.0):
+        return None
+    names = [x.name for x in m.part.reference.definitions[c.key]]
+
+    def average(places: Array, weights: Array) -> Array:
+        """Return averages of each definition over weighted places between 0 and 1 in each step."""
+        at = time[:-1] + np.multiply.outer(places, step)
+        found = m.part.reference.approximate(at.ravel(), names).values()
+        return np.array([weights @ x.reshape(at.shape) for x in found])
+
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES_IN_STEP)
+    middle = average(np.array([0.5]), np.ones(1))
+    ends = average(np.array([0.0, 1.0]), np.array([0.5, 0.5]))
+    averages = [*middle, *ends, *average((1.0 + nodes) / 2, weights / 2)]
+    sides = {1.0: slice(1, None), 0.0: slice(None, -1)}
+    left = {
+        (is_before, i): rms(c.trace.value[rows] - x)
+        for is_before, rows in sides.items()
+        for i, x in enumerate(averages)
+    }
+    is_before, which = min(left, key=lambda k: left[k])
+    if which < len(middle):
+        return None
+    deviation = np.full_like(time, np.nan)
+    deviation[sides[is_before]] = averages[which]
+    return _Deviation("step average", deviation - c.trace.reference, (is_before,))
+
+
+_COLUMN_FAULTS = (
+    _another,
+    _unsigned,
+    _ratio,
+    _clipped,
+    _averaged,
+    _averaged_over_step,
+    _ratio_for_a_time,
+)
 """Functions that describe the deviation which one fault makes in a column; None if it makes none.
 
 They are tried in this order, the simplest fault first.
@@ -522,6 +570,8 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 by, more, first, last = about
                 unit = _unit_of(report, key, by, more)
                 yield ColumnRatio(key, tuple(of), by, more, unit, _finite(first), _finite(last))
+            elif how == "step average":
+                yield StepAverage(key, tuple(of), is_before=bool(about[0]))
             elif how == "clipped":
                 low, high = map(_finite, about)
                 yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
