@@ -266,3 +266,10 @@ def test_a_hole_is_told_from_an_end(reference, name, kept, has_holes):
     report = score(made(reference, keep=rows), reference)
     (found,) = [x for x in report.seen if isinstance(x, CoveredInPart)]
     assert (found.maneuvers, found.has_holes) == ((1, 2, 3), has_holes)
+
+
+def test_a_single_row_has_no_distance_to_another(reference):
+    report = score(made(reference, keep=slice(1, 2)), reference)
+    (found,) = [x for x in report.seen if isinstance(x, CoveredInPart)]
+    assert "apart" not in found.message()
+    assert "0.01 s" in found.message()

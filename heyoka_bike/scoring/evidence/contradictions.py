@@ -106,9 +106,13 @@ class CoveredInPart(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        rows = f"The complete rows of {maneuvers(self.maneuvers)}"
+        which = maneuvers(self.maneuvers)
+        rows = f"The complete rows of {which}"
         said = f"{rows} cover only {self.t_start:.6g} to {self.t_end:.6g} s; the rest of the run is"
-        if self.has_holes:
+        if self.t_start == self.t_end:
+            row = f"The only complete row of {which} is at {self.t_start:.6g} s"
+            said = f"{row}; the rest of the run is"
+        elif self.has_holes:
             said = f"{rows} are up to {self.gap:.3g} s apart; the motion between them is"
         return f"{said} not judged"
 
