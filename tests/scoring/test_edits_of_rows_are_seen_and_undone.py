@@ -6,6 +6,7 @@ The files are the published columns with one edit. The same object writes the ed
 import numpy as np
 import pytest
 
+from generators.mistaken_programs import correct, motion, with_changes
 from generators.published_columns import side_by_side
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
@@ -34,7 +35,7 @@ from heyoka_bike.scoring.rows.edits import (
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
 from heyoka_bike.scoring.rows.rates import exchanged, shifted_rate
-from heyoka_bike.scoring.rows.wrong_times import other_clocks
+from heyoka_bike.scoring.rows.wrong_times import other_clocks, own_times
 from heyoka_bike.scoring.score import score
 
 TIME = np.arange(201) / 20
@@ -228,3 +229,86 @@ def test_a_rate_of_another_row_in_one_maneuver_is_seen(reference):
     assert undone.seen == (RateOfOtherRow("steer_rate", 1.0, (2,)),)
     left = {part.number: "steer_rate" in part.values for part in undone.parts}
     assert left == {1: True, 2: False, 3: True}
+
+
+FEW = [("roll_angle",), ("roll_angle", "steer_angle"), ("forward_speed",)]
+EVERY_ROW = np.arange(201)
+IN_ANOTHER_ORDER = {
+    "reversed": (EVERY_ROW[::-1], "rows_reversed"),
+    "one row is written again": (np.r_[:60, 59, 60:120, 119:199], "other_times"),
+    "rows are lost in two places": (np.delete(EVERY_ROW, [50, 120]), "other_times"),
+    "sorted as text": (np.array(sorted(EVERY_ROW, key=str)), "other_times"),
+}
+
+
+def few_columns(reference, keys, meant):
+    return {2: dict(reference[2].approximate(meant, keys))}
+
+
+@pytest.mark.parametrize("keys", FEW, ids="+".join)
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.013), (0.99, 0.0), (0.99, 0.004)])
+def test_few_columns_show_one_clock(scale, shift, keys, reference):
+    """A clock is one or two values, and the rows of a single column are hundreds."""
+    meant = scale * TIME[:-1] + shift
+    report = report_of(few_columns(reference, keys, meant), reference, TIME[:-1])
+    (seen,) = other_clocks(report).seen
+    assert (seen.maneuver, seen.scale) == (None, pytest.approx(scale))
+    assert seen.shift == pytest.approx(shift, abs=1e-6)
+
+
+@pytest.mark.parametrize("keys", FEW[:2], ids="+".join)
+@pytest.mark.parametrize("what", IN_ANOTHER_ORDER)
+def test_few_columns_show_another_order_of_rows(what, keys, reference):
+    """The rows of a column that changes fast are the exact ones only at the times of other rows."""
+    rows, code = IN_ANOTHER_ORDER[what]
+    time = TIME[: len(rows)]
+    held = few_columns(reference, keys, TIME[rows])
+    (found,) = diagnose(side_by_side(held, time), reference).diagnosis
+    assert found.code == code
+    if code == "other_times":
+        meant = TIME[rows]
+        # A row may also be right at its written time, where the column has an extremum.
+        assert found.evidence["rows"]["2"] == pytest.approx(np.sum(meant != time), abs=2)
+
+
+@pytest.mark.parametrize("keys", FEW, ids="+".join)
+@pytest.mark.parametrize("digits", [3, 15])
+def test_a_wrong_motion_of_few_columns_has_no_other_times(digits, keys, reference):
+    """With an axial inertia of the rear wheel that is too small, a column resembles the exact one
+    at scaled times: the error falls sixtyfold."""
+    bicycle = with_changes(correct(reference).motion.bicycle, {"IRxx": "-0.05"})
+    start = correct(reference).motion.starts[1]
+    made = motion(bicycle, (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed), TIME)
+    held = {1: {key: np.array([float(f"{x:.{digits}g}") for x in made[key]]) for key in keys}}
+    report = report_of(held, reference)
+    for check in (reversed_rows, other_clocks, own_times):
+        assert check(report) is None
+
+
+def test_a_constant_column_does_not_show_another_order(reference):
+    """It agrees with one row, the start of the motion."""
+    held = {n: {"forward_speed": np.full(201, reference[n]["forward_speed"][0])} for n in (1, 2)}
+    assert own_times(report_of(held, reference)) is None
+
+
+@pytest.mark.parametrize("numbers", [(2,), (1, 2, 3)], ids=str)
+def test_a_rate_of_differences_does_not_show_a_clock(numbers, reference):
+    """It resembles the rate half a step later, in every maneuver."""
+    step, held = 0.01, {}
+    for n in numbers:
+        here, there = (
+            reference[n].approximate(x, ("roll_angle",))["roll_angle"]
+            for x in (TIME[:-1], TIME[:-1] + step)
+        )
+        held[n] = {"roll_rate": (there - here) / step}
+    assert other_clocks(report_of(held, reference, TIME[:-1])) is None
+
+
+def test_few_digits_show_the_order_of_rows(reference):
+    """Each column passes a value many times, and only one of these times is right in both."""
+    rows = np.random.default_rng(1).permutation(1001)
+    time = np.arange(1001) / 100
+    held = few_columns(reference, ("roll_rate", "steer_rate"), time[rows])
+    held[2] = {key: np.round(x, 6) for key, x in held[2].items()}
+    (seen,) = own_times(report_of(held, reference, time)).seen
+    assert seen.found[2].rows > 900

@@ -25,7 +25,6 @@ from heyoka_bike.scoring.rows.table import Check, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
     late_rows,
-    one_clock,
     other_clocks,
     other_unit,
     own_times,
@@ -72,13 +71,7 @@ ROW_CHECKS = (
         "counted", "are the rows right at multiples of a step?", counted_rows, is_of_motion=True
     ),
     RowCheck(
-        "one clock", "are the rows right if all times are scaled?", one_clock, is_of_motion=True
-    ),
-    RowCheck(
-        "clock",
-        "are the rows of a maneuver right at scaled or shifted times?",
-        other_clocks,
-        is_of_motion=True,
+        "clock", "are the rows right at scaled or shifted times?", other_clocks, is_of_motion=True
     ),
     RowCheck("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
     RowCheck(

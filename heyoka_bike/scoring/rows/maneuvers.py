@@ -15,6 +15,7 @@ from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Mirrored as MirroredRows
 from heyoka_bike.scoring.rows.edits import Reversed
+from heyoka_bike.scoring.rows.other_times import WrongColumns
 from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
@@ -67,6 +68,8 @@ def reversed_rows(report: Report) -> Undone | None:
 def _ends_at_the_start(m: ManeuverScore) -> bool:
     """True if the last row contains the given initial conditions, and the first is far from them.
 
+    Few columns have these values at other times, too, so they must be right in all rows.
+
     Signs are ignored and default definitions assumed, because signs and definitions recognised from
     reversed rows are meaningless.
     """
@@ -81,7 +84,8 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
             off = np.abs(np.abs(unit * written[[0, -1]]) - given)
             ends.append(off / max(c.hidden, RIGHT * c.scale))
     if len(ends) <= FEW_COLUMNS:
-        return False
+        wrong = WrongColumns(m)
+        return wrong.are_right(wrong.left(Reversed().meant(wrong.time, 0.0)))
     first, last = np.max(ends, axis=0)
     return bool(last <= 1.0 and first > BY_FAR)
 

@@ -1,14 +1,15 @@
 """Find out whether the rows of a file are right at times other than those written.
 
-There are four row checks, and each fits only as many unknowns as the columns determine: times that
-are multiples of a step (no unknown), one scale for the whole file (one unknown), a scale and a
-shift for each maneuver (two unknowns), and a time for each row.
+Three row checks fit only as many unknowns as the columns determine: times that are multiples of a
+step (no unknown), a scale and a shift for the whole file or for each maneuver (one or two
+unknowns), and a time for each row. If the columns are few, a row can only have the time of another
+row.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -24,12 +25,11 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowTimes,
     TimesAddedUp,
 )
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
+from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Clock
-from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.other_times import AtOtherTimes, WrongColumns, fitted_clock, meant_by
 from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
 
@@ -39,38 +39,6 @@ _DIGITS_OF_STEP = 3
 # earlier time. A program that writes old rows again after an interruption causes only one such step
 # back.
 _DISORDERED = 0.05
-
-
-class _Wrong(AtOtherTimes):
-    """The wrong benchmark columns of a maneuver; none if it has too few rows."""
-
-    def __init__(self, m: ManeuverScore) -> None:
-        whole = whole_columns(m) if m.rows >= MIN_ROWS_FOR_SHAPE else []
-        wrong = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
-        super().__init__(m, wrong)
-
-    @cached_property
-    def before(self) -> Array:
-        """RMS error of each column at the written times, in scales."""
-        return self.left(self.time)
-
-    @cached_property
-    def floors(self) -> Array:
-        """Largest error of each column that its digits hide, in scales."""
-        return np.array([c.hidden / c.scale for c in self.columns])
-
-    def are_right(self, left: Array) -> bool:
-        """True if times that leave these RMS errors, in scales, are the correct times.
-
-        Every error must fall by the factor `BY_FAR`, to the digits written, or to the square of
-        this factor below the largest error, and be below `TOLERANCE`.
-        """
-        negligible = np.maximum(self.floors, np.max(self.before, initial=0.0) / BY_FAR**2)
-        falls = (left * BY_FAR < self.before) | (left <= negligible)
-        # At least one error must fall by the factor `BY_FAR`. It proves nothing if all errors fall
-        # only a little, to the level of the written digits.
-        is_shown = bool(np.any(left * BY_FAR < self.before))
-        return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
 def other_unit(report: Report) -> Undone | None:
@@ -108,7 +76,7 @@ def counted_rows(report: Report) -> Undone | None:
 
     This happens if the program adds up the steps, above all in single precision.
     """
-    every = [_Wrong(m) for m in report.maneuvers]
+    every = [WrongColumns(m) for m in report.maneuvers]
     if not any(wrong.columns for wrong in every):
         return None
     steps, creeps, singles, parts = [], [], [], []
@@ -146,51 +114,34 @@ def _is_single_sum(time: Array, step: float) -> bool:
     return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
 
 
-def one_clock(report: Report) -> Undone | None:
-    """Look for one scale of all times, if single maneuvers have too few wrong columns for a fit."""
-    every = [_Wrong(m) for m in report.maneuvers]
-    counts = [len(wrong.columns) for wrong in every]
-    if sum(counts) < FEW_COLUMNS or max(counts) > FEW_COLUMNS or not all(counts):
-        return None
-    clock = fitted_clock(every, (0,))
-    if clock is None or not all(x.are_right(x.left(meant_by(x.time, clock))) for x in every):
-        return None
-    if any(_is_refuted(m, meant_by(m.part.time, clock)) for m in report.maneuvers):
-        return None
-    scale = 1.0 + float(clock[0])
-    parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
-    return Undone((OtherClock(None, scale, 0.0, None),), parts)
-
-
 def other_clocks(report: Report) -> Undone | None:
     """Look for a scale and a shift of the times, common to all maneuvers or different in each."""
-    clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
-    same = {_rounded(clock) for clock in clocks.values()}
-    if not clocks:
-        return None
-    if len(clocks) == len(report.maneuvers) and len(same) == 1:
-        return _common_clock(report, *clocks.values())
+    every = [WrongColumns(m) for m in report.maneuvers]
+    if all(wrong.columns for wrong in every):
+        common = _fitted(every)
+        if common is not None or len(every) == 1:
+            return common and _on_common_clock(report, *common)
     seen, parts = [], []
-    for m in report.maneuvers:
+    for m, wrong in zip(report.maneuvers, every, strict=True):
         part = m.part
-        if m.maneuver in clocks:
-            scale, shift = clocks[m.maneuver]
+        clock = _fitted([wrong]) if wrong.columns else None
+        if clock is not None:
+            scale, shift = clock
             rows = shift / m.step if m.step else None
-            if _is_refuted(m, scale * m.part.time + shift):
-                # Only the wrong columns belong to other times. All later steps leave them out.
-                keys = tuple(c.key for c in _Wrong(m).columns)
-                seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
-                part = part.only(part.values.keys() - {*keys})
-            else:
+            if not _is_refuted(m, scale * part.time + shift):
                 seen.append(OtherClock(m.maneuver, scale, shift, rows))
                 part = _on_clock(part, scale, shift)
+            elif not wrong.are_few:
+                # Only the wrong columns belong to other times. All later steps leave them out.
+                keys = tuple(c.key for c in wrong.columns)
+                seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
+                part = part.only(part.values.keys() - {*keys})
         parts.append(part)
-    return Undone(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts)) if seen else None
 
 
-def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
-    """Correct the times of all maneuvers by one clock: the mean of their scales and shifts."""
-    scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
+def _on_common_clock(report: Report, scale: float, shift: float) -> Undone | None:
+    """Correct the times of all maneuvers by one clock; None if right columns refute it."""
     if any(_is_refuted(m, scale * m.part.time + shift) for m in report.maneuvers):
         return None
     step = report.maneuvers[0].step
@@ -202,13 +153,13 @@ def own_times(report: Report) -> Undone | None:
     """Look for a time of its own for each row at which all its columns are right.
 
     The rows may be in another order, written again, or of steps other than those written. Each row
-    has one unknown, so every wrong maneuver needs more columns than the few that always agree on
-    some time.
+    has one unknown. Few columns always agree on some time, so they must agree on the time of
+    another row.
     """
     seen: dict[int, RowTimes] = {}
     parts = []
     for m in report.maneuvers:
-        part, wrong = m.part, _Wrong(m)
+        part, wrong = m.part, WrongColumns(m)
         if wrong.columns:
             found = _own_times(m, wrong)
             if found is None:
@@ -221,22 +172,25 @@ def own_times(report: Report) -> Undone | None:
     return Undone((OtherTimes(seen),), tuple(parts)) if seen else None
 
 
-def _own_times(m: ManeuverScore, wrong: _Wrong) -> tuple[Array, RowTimes] | None:
+def _own_times(m: ManeuverScore, wrong: WrongColumns) -> tuple[Array, RowTimes] | None:
     """Find the times at which all rows of a maneuver are right, and describe them, or None."""
     rows = AtOtherTimes(m, [c for c in whole_columns(m) if c.key in BENCHMARK_COLUMNS])
-    # Wrong energies count as one column: if their sum is constant, each part determines the other.
-    energies = sum(c.key.endswith("_energy") for c in wrong.columns)
-    if len(wrong.columns) - max(energies - 1, 0) <= FEW_COLUMNS:
-        return None
-    nearest = rows.nearest()
+    grid = _grid(m) if wrong.are_few else None
+    nearest = rows.nearest() if grid is None else rows.nearest_of(grid)
     least = np.array([floor_of(c) / c.scale for c in rows.columns])
     limit = CLEARLY * np.maximum(rows.left(nearest), least)
     # Keep the written time of rows that are also right at this time. Where the motion hardly
     # changes, every time is right.
     is_off = np.any(np.abs(rows.off(rows.time)[0]) > limit[:, None], axis=0)
+    if grid is not None:
+        # A constant column agrees with one row, so count each of the other rows once.
+        others = len(np.unique(nearest[is_off]))
+        chance = rows.chance(grid, limit)[is_off].sum()
+        if others < max(is_off.sum() / AS_GOOD, CLEARLY * chance):
+            return None
     meant = np.where(is_off, nearest, rows.time)
     left = wrong.left(meant)
-    if not is_off.any() or not wrong.are_right(left) or _is_refuted(m, meant):
+    if not is_off.any() or not wrong.are_right(left, grid is not None) or _is_refuted(m, meant):
         return None
     ahead = (meant - rows.time)[is_off]
     low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
@@ -273,23 +227,36 @@ def _on_clock(part: Part, scale: float, shift: float) -> Part:
     return Clock(scale, shift).undo(part).within_run()
 
 
-def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
-    scale, shift = clock
-    return round(scale - 1, 6), float(f"{shift:.2g}")
+def _grid(m: ManeuverScore) -> Array:
+    """Return the times of all rows that the program may have computed.
+
+    Rows may be lost, so the times continue at the usual distance up to the end of the run.
+    """
+    time, end = m.part.time, float(m.part.reference.duration)
+    more = np.arange(time[-1], end + m.step / 2, m.step)[1:] if m.step else time[:0]
+    found: Array = np.union1d(time, np.minimum(more, end))
+    return found
 
 
-def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
-    """Find a scale and a shift [s] of the times with which all columns are right, or None."""
-    wrong = _Wrong(m)
-    if len(wrong.columns) <= FEW_COLUMNS:
-        return None
-    clocks = [fitted_clock([wrong], of) for of in ((1,), (0,), (0, 1))]
-    found = [(c, wrong.left(meant_by(wrong.time, c))) for c in clocks if c is not None]
+def _fitted(every: Sequence[WrongColumns]) -> tuple[float, float] | None:
+    """Find one scale and one shift [s] of the times with which all columns are right, or None."""
+    are_few_together = sum(wrong.count for wrong in every) <= FEW_COLUMNS
+    are_few_in_each = all(wrong.are_few for wrong in every)
+    clocks = [(of, fitted_clock(every, of)) for of in ((1,), (0,), (0, 1))]
+    found = [
+        (of, c, [x.left(meant_by(x.time, c)) for x in every]) for of, c in clocks if c is not None
+    ]
     # Prefer a shift alone, or otherwise a scale alone, if its error is as small as that of both
     # together. If the fit of both failed, use either one.
-    least = found[-1][1] if clocks[-1] is not None else np.inf
-    for clock, left in found:
-        is_as_good = np.all(left <= np.maximum(AS_GOOD * least, wrong.floors))
-        if is_as_good and wrong.are_right(left):
+    least = found[-1][2] if clocks[-1][1] is not None else [np.full(1, np.inf)] * len(every)
+    for of, clock, left in found:
+        # A column may be computed from other rows, and so resemble its shift in every maneuver. It
+        # does not resemble its scaling.
+        are_few = are_few_in_each if 1 in of else are_few_together
+        fitted = len(of) if are_few else 0
+        if all(
+            np.all(x <= np.maximum(AS_GOOD * low, wrong.floors)) and wrong.are_right(x, fitted)
+            for x, low, wrong in zip(left, least, every, strict=True)
+        ):
             return 1.0 + float(clock[0]), float(clock[1])
     return None
