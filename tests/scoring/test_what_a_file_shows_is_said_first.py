@@ -305,6 +305,28 @@ def test_one_column_that_is_held_is_named_alone(reference):
     assert all(f.evidence["columns"] == ["steer_rate"] for f in found)
 
 
+@pytest.mark.parametrize("of", ["held at random", "interpolated"])
+def test_a_column_of_few_that_repeats_is_named_alone(of, reference):
+    """The other column is right, so the rows as a whole do not repeat."""
+    row = np.arange(1001)
+    is_stale = np.random.default_rng(1).random(1001) < 0.4
+    rows = {
+        "held at random": np.maximum.accumulate(np.where(is_stale, 0, row)),
+        "interpolated": row,
+    }[of]
+
+    def altered(key, values, _):
+        if key != "steer_rate":
+            return values
+        return np.interp(row, row[::5], values[::5]) if of == "interpolated" else values[rows]
+
+    report = report_of(reference, altered, names=("roll_angle", "steer_rate"))
+    (found,) = diagnosed(report, reference).diagnosis
+    assert found.code == "rows_between"
+    assert found.evidence["columns"] == ["steer_rate"]
+    assert "of the values of steer_rate in maneuvers 1, 2, 3" in found.message
+
+
 def test_a_speed_that_settles_in_single_precision_is_not_held(reference, tmp_path):
     """The speed is constant over more and more rows, and in the end over all remaining rows."""
     time = np.linspace(0.0, 10.0, 10001)

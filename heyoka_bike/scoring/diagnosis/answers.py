@@ -94,7 +94,7 @@ def answers(
         is_method = any(m.kind == "method" for m in diagnosis.classes[0][0].mistakes)
         energies = _energies(diagnosis.causes, report) if is_method else ()
         return (*others, *causes, *energies, *units, *falls)
-    if any(is_whole_cause(x) for x in first):
+    if any(is_whole_cause(x, report) for x in first):
         return tuple(first)
     integrator = _integrator(diagnosis.causes)
     step = integrator.methods[0].step if integrator is not None else 0.0
@@ -162,11 +162,11 @@ def answers(
     return (*told, *first, *shape, *small, nothing, *general, *nearest)
 
 
-def is_whole_cause(x: Evidence) -> bool:
-    """True if a fault that was found without simulation explains the whole error."""
-    is_of_few = isinstance(x, RowsBetween) and x.keys
-    kinds = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
-    return isinstance(x, kinds) and not is_of_few
+def is_whole_cause(x: Evidence, report: Report) -> bool:
+    """True if a fault that was found without simulation explains the whole error of a report."""
+    if isinstance(x, RowsBetween) and x.keys:
+        return {c.key for _, c in report.places if not (c.is_right or c.is_hidden)} <= {*x.keys}
+    return isinstance(x, (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs))
 
 
 def is_right(report: Report) -> bool:

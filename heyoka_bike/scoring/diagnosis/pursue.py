@@ -196,7 +196,7 @@ class Pursuit:
             if any(_is_mistake(x) for x in other.seen[:1]):
                 self.explained |= unknown
                 return other
-            if any(isinstance(x, ColumnsApart) or is_whole_cause(x) for x in other.seen):
+            if any(isinstance(x, ColumnsApart) or is_whole_cause(x, report) for x in other.seen):
                 return other
             found = replace(found, is_whole=found.is_whole and other.is_whole)
         if any(isinstance(x, NothingToDiagnose) for x in found.seen):

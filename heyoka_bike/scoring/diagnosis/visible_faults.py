@@ -34,7 +34,7 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.rows.table import whole_columns
+from heyoka_bike.scoring.rows.table import is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
@@ -106,7 +106,7 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
     """Find rows whose angles and rates repeat other rows, or are interpolated between fewer rows.
 
     It suffices if most of these columns show it, because one may be computed from the others in
-    each row. If only a few columns show it, the evidence names them.
+    each row. If fewer columns show it, or another one is right, the evidence names them.
     """
     found = {m.maneuver: x for m in maneuvers if (x := _rows_between(m)) is not None}
     for (order, keys, every), each in grouped(
@@ -122,8 +122,10 @@ def _rows_between(m: ManeuverScore) -> RowsBetween | None:
     for order in (1, 2):
         shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
         if shares:
-            few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
-            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), few)
+            # A right column shows that the rows as a whole were computed.
+            are_most = len(shares) > max(len(lateral) / 2, 1)
+            named = tuple(shares) if not are_most or any(map(is_right_column, lateral)) else ()
+            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), named)
     counts = {c.key: count for c in lateral if (count := _right_rows(c))}
     every = max(counts.values(), default=0)
     if every and 2 * sum(x == every for x in counts.values()) > len(lateral):

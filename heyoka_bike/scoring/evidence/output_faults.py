@@ -670,7 +670,7 @@ class RowsBetween(Evidence):
     share
         Fraction of the rows that are repeated or interpolated.
     keys : tuple of str
-        The angles and rates that show it, if these are less than half of all angles and rates.
+        The angles and rates that show it; empty if most show it, and none of the others is right.
     every
         If rows are on curves, one row in this many is right; otherwise 0.
     """
@@ -691,13 +691,17 @@ class RowsBetween(Evidence):
                 "the rows between were interpolated, or belong to other times. Write the "
                 "integrator's own steps, or a dense output that is as accurate as the steps"
             )
-        what = "lie on straight lines between other rows" if self.order else "repeat the row before"
-        where = named(self.keys) if self.keys else "most angles and rates"
-        return (
-            f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
-            f"in {where}. They were {'interpolated' if self.order else 'held'}, not computed. "
-            "Write the integrator's own steps, or a dense output that is as accurate as the steps"
+        made = "interpolated" if self.order else "held"
+        better = (
+            f"They were {made}, not computed. Write the integrator's own steps, or a dense output "
+            "that is as accurate as the steps"
         )
+        share, where = f"At least {100 * self.share:.0f} %", maneuvers(self.maneuvers)
+        if self.keys:
+            what = "lie on straight lines between others" if self.order else "repeat the one before"
+            return f"{share} of the values of {named(self.keys)} in {where} {what}. {better}"
+        what = "lie on straight lines between other rows" if self.order else "repeat the row before"
+        return f"{share} of the rows of {where} {what}, in most angles and rates. {better}"
 
     def numbers(self) -> Mapping[str, Any]:
         where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}

@@ -460,13 +460,14 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     # chance.
     chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
-    if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
+    if len(held) > CLEARLY * chance:
         # If the motion is right, also find rows that repeat the same row several times in
         # succession.
         of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= MAX_ROUNDING_FLOORS * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
-        return (every if len(every) < _MOST_SINGLE * m.rows else held), True
+        # If more rows repeat the row before, the column is held as a whole.
+        return (every, True) if len(every) < _MOST_SINGLE * m.rows else None
     far = _far_rows(c)
     if any(
         np.isin(_far_rows(x), far).any() for x in m.columns if x is not c and x.values == m.rows
