@@ -5,10 +5,14 @@ import numpy as np
 import pytest
 
 from generators.made_results import codes, made
+from generators.simulated_tables import right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
+from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.rows.column_faults import deviating_columns
 from heyoka_bike.scoring.score import score
 
 ENERGIES = ("potential_energy", "kinetic_energy", "mechanical_energy")
@@ -172,3 +176,37 @@ def test_angles_of_zeros_alone_are_no_bicycle_that_stays_upright(reference):
     report = score(without(reference, keys, maneuvers=(3,), names=keys), reference)
     assert "never_filled" in codes(report)
     assert [m.maneuver for m in report.maneuvers] == [1, 2]
+
+
+@pytest.fixture(scope="module")
+def weightless(simulator, bicycle, reference):
+    """Return the table of a program without gravity: all energies are constant."""
+    (mistake,) = (m for m in MISTAKES if m.code == "gravity_missing")
+    program = apply(right_program(bicycle, reference), (mistake,))
+    return simulated(simulator, program, BENCHMARK_COLUMNS)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [BENCHMARK_COLUMNS, ("roll_angle", "steer_angle", "potential_energy", "kinetic_energy")],
+)
+def test_a_column_that_is_constant_with_the_cause_is_no_fault(reference, weightless, keys):
+    table = {k: v for k, v in weightless.items() if k == "time" or k[:-2] in keys}
+    report = diagnose(table, reference)
+    assert "never_filled" not in codes(report)
+    (found,) = (f for f in report.findings if f.code == "constant_in_motion")
+    assert found.severity is Severity.INFO
+    assert report.diagnosis[0].evidence["mistakes"] == ["gravity_missing"]
+    assert {x.key for x in report.not_compared} == {"potential_energy"}
+
+
+def test_another_number_is_still_no_result(reference, weightless):
+    table = {k: np.zeros_like(v) if "energy" in k else v for k, v in weightless.items()}
+    found = {f.code: f.evidence for f in diagnose(table, reference).findings}
+    assert found["never_filled"]["columns"] == [f"{n}.kinetic_energy" for n in reference]
+
+
+def test_a_constant_energy_is_no_multiple_of_the_exact_one(reference, weightless):
+    """The kinetic energy varies by roundoff, which would fit a factor of 1e-14 and an offset."""
+    table = {k: v for k, v in weightless.items() if k == "time" or k[:-2] in ENERGIES}
+    assert deviating_columns(score(table, reference)) is None

@@ -50,11 +50,13 @@ def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
     """True if a cause explains so much that no other single cause can replace it.
 
     It explains much of the error. A cause that is not in the model must also leave only a small
-    error.
+    error. So must linear equations: their motion resembles that of the nonlinear ones with the same
+    mistake.
     """
     is_small = max(h.after.values(), default=1.0) < TOLERANCE
     is_large = h.is_possible and h.relief > BY_FAR and explains(h, residual)
-    return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))
+    is_nonlinear = any(m.kind == "model" and m.code not in LINEAR for m in h.mistakes)
+    return is_large and (is_small or is_nonlinear)
 
 
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:

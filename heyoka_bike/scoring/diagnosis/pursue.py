@@ -9,12 +9,15 @@ Faults that are visible only in comparison with the wrong motion are looked for 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.beside import causes_of, consistent_parts, faults_beside
@@ -28,6 +31,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
     NothingWrong,
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS, run_check
@@ -39,7 +43,7 @@ from heyoka_bike.scoring.diagnosis.search import (
     Plan,
     again,
 )
-from heyoka_bike.scoring.evidence.as_compared import NeverFilled
+from heyoka_bike.scoring.evidence.as_compared import ConstantInMotion, NeverFilled, Unfilled
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
@@ -59,8 +63,10 @@ from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import without_ratio
+from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored_rows
 
@@ -273,7 +279,7 @@ class Pursuit:
             if not (isinstance(x, DefinitionUnknown) and x.key in explained)
             and not self._is_undone(x)
         )
-        seen = tuple(x for one in kept if (x := _conventions_with(one, end.cause)) is not None)
+        seen = tuple(x for one in kept for x in _with_cause(one, end.cause))
         return replace(end, report=replace(self.root, seen=seen), seen=(*undone, *more))
 
     def _is_undone(self, seen: Evidence) -> bool:
@@ -377,23 +383,59 @@ def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | N
     return replace(report, maneuvers=kept), seen
 
 
-def _conventions_with(seen: Evidence, cause: Evidence | None) -> Evidence | None:
+def _with_cause(seen: Evidence, cause: Evidence | None) -> Iterator[Evidence]:
+    """Yield what remains of evidence about the whole file if a cause explains the file."""
+    first = cause.hypotheses[0] if isinstance(cause, Explained) else None
+    if first is None or not isinstance(seen, Conventions | OtherZero | NeverFilled):
+        yield seen
+    elif isinstance(seen, NeverFilled):
+        yield from _unfilled_with(seen, first)
+    else:
+        yield from _conventions_with(seen, first.understood)
+
+
+def _conventions_with(
+    seen: Conventions | OtherZero, understood: Understandings
+) -> Iterator[Evidence]:
     """Drop the conventions that a file does not have if a cause explains it.
 
     The missing energy of a body, for example, is no other zero, and a speed that fits another
-    definition because the motion is wrong has the default one. Returns None if nothing is left.
+    definition because the motion is wrong has the default one.
     """
-    understood = cause.hypotheses[0].understood if isinstance(cause, Explained) else {}
     zeroed = {key for key, u in understood.items() if not u.offset}
     default = {key for key, u in understood.items() if u.column.default}
-    if isinstance(seen, OtherZero) and seen.key in zeroed:
-        return None
-    if isinstance(seen, Conventions):
-        offsets = {k: x for k, x in seen.offsets.items() if k not in zeroed}
-        definitions = tuple(d for d in seen.definitions if d.key not in default)
-        rest = replace(seen, offsets=offsets, definitions=definitions)
-        return rest if any((rest.turned, rest.units, rest.offsets, rest.definitions)) else None
-    return seen
+    if isinstance(seen, OtherZero):
+        if seen.key not in zeroed:
+            yield seen
+        return
+    offsets = {k: x for k, x in seen.offsets.items() if k not in zeroed}
+    definitions = tuple(d for d in seen.definitions if d.key not in default)
+    rest = replace(seen, offsets=offsets, definitions=definitions)
+    if any((rest.turned, rest.units, rest.offsets, rest.definitions)):
+        yield rest
+
+
+def _unfilled_with(seen: NeverFilled, cause: Hypothesis) -> Iterator[NeverFilled]:
+    """Separate the columns that are constant in the motion of a cause from those never filled in.
+
+    Without gravity, for example, the potential energy is zero.
+    """
+    expected = dict(zip(dict.fromkeys(n for n, _ in cause.after), cause.expected, strict=True))
+    constant = tuple(x for x in seen.columns if _is_constant(x, expected.get(x.maneuver, {})))
+    rest = tuple(x for x in seen.columns if x not in constant)
+    if rest:
+        yield replace(seen, columns=rest)
+    if constant:
+        yield ConstantInMotion(constant, seen.maneuvers)
+
+
+def _is_constant(x: Unfilled, expected: Columns) -> bool:
+    """True if a motion has the number of an unfilled column in every row, in some definition."""
+    each = (expected[c.name] for c in DEFINITIONS[x.key] if c.name in expected)
+    constant = [v for v in each if np.ptp(v) <= ROUNDING * np.max(np.abs(v))]
+    if x.key in ZEROED:
+        return bool(constant)
+    return any(abs(x.number - v[0]) <= TOLERANCE * abs(v[0]) for v in constant)
 
 
 def _is_of_starts(seen: Evidence | None) -> bool:

@@ -331,6 +331,18 @@ class NeverFilled(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
+        is_one = len(self.columns) == 1
+        these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
+        return (
+            f"{self._held()} in every row, although the exact values vary. {these} never filled "
+            f"in, or lost digits, so {are} left out of the result"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": [f"{x.maneuver}.{x.key}" for x in self.columns]}
+
+    def _held(self) -> str:
+        """Describe the columns and their numbers: ``potential_energy of maneuver 1 is zero``."""
         held: dict[tuple[str, str], list[int]] = {}
         for x in self.columns:
             held.setdefault((x.key, repr(x.number)), []).append(x.maneuver)
@@ -343,13 +355,19 @@ class NeverFilled(Evidence):
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
             said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
         *first, last = said
-        all_said = f"{', '.join(first)} and {last}" if first else last
-        is_one = len(self.columns) == 1
-        these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
-        return (
-            f"{all_said} in every row, although the exact values vary. {these} never filled "
-            f"in, or lost digits, so {are} left out of the result"
-        )
+        return f"{', '.join(first)} and {last}" if first else last
 
-    def numbers(self) -> Mapping[str, Any]:
-        return {"columns": [f"{x.maneuver}.{x.key}" for x in self.columns]}
+
+@dataclass(frozen=True, slots=True)
+class ConstantInMotion(NeverFilled):
+    """Columns contain the same number in every row, as in the motion of the cause found."""
+
+    code = "constant_in_motion"
+    severity = Severity.INFO
+
+    def message(self) -> str:
+        these = "This column is" if len(self.columns) == 1 else "These columns are"
+        return (
+            f"{self._held()} in every row, as in the motion of the cause that the diagnosis found. "
+            f"{these} left out of the result"
+        )

@@ -103,9 +103,10 @@ def deviating_columns(report: Report) -> Undone | None:
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
         has_enough = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
-        # A constant column cannot be compared as a function of the exact values, but it may have
-        # been written in place of a different column.
-        faults = _COLUMN_FAULTS if np.ptp(c.trace.value) else _COLUMN_FAULTS[:1]
+        # A column that is constant, apart from roundoff, cannot be compared as a function of exact
+        # values that vary. But it may have been written in place of a different column.
+        least = floor_of(c) if np.ptp(c.trace.reference) > floor_of(c) else 0.0
+        faults = _COLUMN_FAULTS if np.ptp(c.trace.value) > least else _COLUMN_FAULTS[:1]
         if is_right_column(c) or not has_enough or (m.maneuver, c.key) in others:
             continue
         best = BY_FAR
