@@ -11,6 +11,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
+    WITHOUT_POTENTIAL,
     Moving,
     rates_altered,
 )
@@ -354,3 +355,13 @@ def test_a_round_section_of_tyres_is_the_slope_of_its_potential(bicycle, roll, s
     right = [-slope(along) for along in np.eye(2)]
     # The expected value neglects terms of the order of the squared lean, which is 1e-3.
     assert found == pytest.approx(right, rel=3e-3, abs=1e-3 * max(map(abs, right)))
+
+
+@pytest.mark.parametrize("name", [x for x in FORCES if "gyroscopic" in x or "spin_moment" in x])
+def test_a_gyroscopic_torque_does_no_work(simulator, bicycle, name):
+    """So the energies of a program without this term are compared like any other column."""
+    first = initial_state(bicycle, Start(SPEED, ROLL_RATE))
+    columns = simulator.run(bicycle, first, np.linspace(0.0, 0.3, 31), {name: 1.0})
+    assert np.ptp(columns["kinetic_energy"]) > 1e-2
+    assert np.ptp(columns["mechanical_energy"]) < 1e-9
+    assert name in WITHOUT_POTENTIAL

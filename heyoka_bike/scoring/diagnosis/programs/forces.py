@@ -689,9 +689,8 @@ FORCES: Mapping[str, Force] = {
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},
-    # With `gyroscopic` the potential energy is compared. With the two other terms it is not.
     **{name: _part(f"gyroscopic torque w x (I w) of {whose}", _without_euler(bodies),
-                   is_fitted=False, stores_energy=name != "gyroscopic")
+                   is_fitted=False)
        for name, whose, bodies in (("gyroscopic", "all bodies", "RBHF"),
                                    ("frames_gyroscopic", "rear frame and fork", "BH"),
                                    ("wheels_gyroscopic", "the wheels", "RF"))},
