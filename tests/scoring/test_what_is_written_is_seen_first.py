@@ -574,7 +574,8 @@ def test_beside_a_right_rate_the_angle_is_that_of_another_row(reference):
         x = held[n]["steer_angle"]
         held[n]["steer_angle"] = np.r_[x[:1], x[:-1]]
     first = said(reference, held)[0]
-    assert (first.code, list(first.evidence["columns"])) == ("columns_apart", ["steer_angle"])
+    assert (first.code, first.evidence["column"]) == ("other_moment", "steer_angle")
+    assert first.evidence["rows"] == 1
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-4])

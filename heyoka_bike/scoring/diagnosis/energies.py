@@ -33,10 +33,9 @@ from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.noise import roughness
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import floor_of
+from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-_PARTS = ("potential_energy", "kinetic_energy")
 _SUNK = (0.05, 0.12)
 """Interval in which a wheel has sunk into a soft floor, and roll errors are still small [s].
 MuJoCo's contact with its default settings comes to rest within 0.05 s."""
@@ -186,10 +185,10 @@ def _does_work(x: _Energy) -> bool:
 def _energy(m: ManeuverScore) -> _Energy | None:
     """Return the mechanical energy as written, or else the sum of its parts; None without both."""
     columns = {c.key: c for c in m.columns if c.values == m.rows > 1}
-    parts = [columns[key] for key in _PARTS if key in columns]
-    whole = columns.get("mechanical_energy")
+    parts = [columns[key] for key in PARTS_OF_ENERGY if key in columns]
+    whole = columns.get(ENERGY)
     summed = [whole] if whole is not None else parts
-    if whole is None and len(parts) < len(_PARTS):
+    if whole is None and len(parts) < len(PARTS_OF_ENERGY):
         return None
     change = sum((_change(c) for c in summed), np.zeros(m.rows))
     return _Energy(
@@ -222,7 +221,7 @@ def of_other_motions(
     for motion in motions:
         m = report[motion.number]
         own = equations.columns(state_vector(equations, motion.state.__getitem__))
-        for key in _PARTS if motion.has_state else ():
+        for key in PARTS_OF_ENERGY if motion.has_state else ():
             if key not in m:
                 continue
             c = m[key]

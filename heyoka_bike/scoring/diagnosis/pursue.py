@@ -58,6 +58,8 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnsApart,
     OtherClock,
     OtherColumn,
+    OtherMoment,
+    PartMultiplied,
 )
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
@@ -180,7 +182,10 @@ class Pursuit:
         """
         is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)
         is_of_all = isinstance(x, OtherClock) and (x.maneuver is None or not is_end)
-        return isinstance(x, ColumnRatio) or is_everywhere or is_of_all
+        # No known mistake of the output takes a part of a sum from another row.
+        is_moved = isinstance(x, OtherMoment) and x.part is None
+        is_scaled = isinstance(x, ColumnRatio | PartMultiplied)
+        return is_scaled or is_moved or is_everywhere or is_of_all
 
     def scored(self, parts: Sequence[Part]) -> Report:
         """Compare rows of the file with the exact motion."""

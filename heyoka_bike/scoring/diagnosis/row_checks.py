@@ -21,6 +21,7 @@ from heyoka_bike.scoring.rows.column_faults import (
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged, own_differences, shifted_rate
+from heyoka_bike.scoring.rows.sums import own_sum
 from heyoka_bike.scoring.rows.table import Check, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
@@ -76,10 +77,11 @@ ROW_CHECKS = (
     RowCheck("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
     RowCheck(
         "columns",
-        "is a column exchanged, unsigned, multiplied by a factor, offset, clipped or averaged?",
+        "is a column exchanged, unsigned, scaled, offset, of another row, clipped or averaged?",
         deviating_columns,
         is_of_motion=True,
     ),
+    RowCheck("sum", "is a part of the mechanical energy of another row, or multiplied?", own_sum),
     RowCheck("bounds", "does a column stay at a bound?", bounded),
 )
 

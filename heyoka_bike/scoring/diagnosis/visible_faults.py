@@ -34,7 +34,12 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.rows.table import is_right_column, whole_columns
+from heyoka_bike.scoring.rows.table import (
+    ENERGY,
+    PARTS_OF_ENERGY,
+    is_right_column,
+    whole_columns,
+)
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
@@ -52,8 +57,6 @@ _LEAN_OF_LYING = np.pi / 2
 # the second value [rad]. Noise changes the lean by more.
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
-# If a part of the energy is wrong, the sum is wrong, too, so the sum is not a further fault.
-_ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
 VisibleFault = (
@@ -312,9 +315,10 @@ def columns_apart(report: Report) -> ColumnsApart | None:
     apart = {key for keys, _ in each.values() for key in keys}
     if not apart or any(not keys and limit > TOLERANCE for keys, limit in each.values()):
         return None
-    is_sum_with_it = _SUM in apart and bool(apart & _ENERGY_PARTS)
+    # If a part of the energy is wrong, the sum is wrong, too, so the sum is not a further fault.
+    is_sum_with_it = ENERGY in apart and not apart.isdisjoint(PARTS_OF_ENERGY)
     if is_sum_with_it:
-        apart.remove(_SUM)
+        apart.remove(ENERGY)
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
     found = {
         key: tuple(

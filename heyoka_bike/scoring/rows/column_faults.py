@@ -1,10 +1,11 @@
 """Find faults of single columns that the rows themselves show, without simulating any program.
 
 The checks find columns that are a simple function of the exact values, or of another column of the
-file: clipped, multiplied by a constant, smoothed, or exchanged with another column. The modules
-beside this one look for coarse grids (`grids`), rates that are differences of their angles
-(`rates`), wrong times (`wrong_times`), and maneuvers that ended early (`maneuvers`). Each of these
-row checks takes milliseconds, so they precede all simulations.
+file: clipped, multiplied by a constant, smoothed, of another moment, or exchanged with another
+column. The modules beside this one look for coarse grids (`grids`), rates that are differences of
+their angles (`rates`), energies that are wrong sums (`sums`), wrong times (`wrong_times`), and
+maneuvers that ended early (`maneuvers`). Each of these row checks takes milliseconds, so they
+precede all simulations.
 
 A row check returns its evidence, and the corrected rows: with the fault undone, a useless column
 removed, or the digits replaced with a grid. The corrected rows are then diagnosed like any file. So
@@ -23,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
 from heyoka_bike.scoring.alignment import are_even
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -32,6 +33,8 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnRatio,
     MisplacedManeuver,
     OtherColumn,
+    OtherMoment,
+    PartMultiplied,
     Scaled,
     SingleRows,
     SmoothedColumns,
@@ -43,7 +46,14 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, places
+from heyoka_bike.scoring.rows.table import (
+    ENERGY,
+    PARTS_OF_ENERGY,
+    Undone,
+    floor_of,
+    is_right_column,
+    places,
+)
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Trace
 from heyoka_bike.scoring.units import factor, unit_told_by
 
@@ -67,16 +77,18 @@ class _Deviation:
     Attributes
     ----------
     how
-        The fault: ``another``, ``unsigned``, ``ratio``, ``ratio for a time``, ``clipped``,
-        ``averaged`` or ``step average``.
+        The fault: ``another``, ``unsigned``, ``ratio``, ``ratio for a time``, ``held``, ``late``,
+        ``multiple``, ``clipped``, ``averaged`` or ``step average``.
     values : ndarray, shape (n,)
         Value with the fault - exact value; NaN in rows where the fault determines no value.
     about
         Numbers of the fault: factor, offset, and the first and last time, which are infinite if
-        the fault does not begin or end in a run; the two bounds; the number of averaged rows; or 1
-        for the step before each row, 0 for the step after it.
+        the fault does not begin or end in a run; the delay [s] and the distance of rows [s]; the
+        factor of a part; the two bounds; the number of averaged rows; or 1 for the step before each
+        row, 0 for the step after it.
     other
-        For ``another``: key of the column to which the values belong.
+        Key of the column to which the values belong; for ``held``, ``late`` and ``multiple``, the
+        part of the sum.
     of
         For ``another``: maneuver of these values; None if it is the same maneuver.
     """
@@ -93,7 +105,7 @@ _Deviations = Mapping[tuple[int, str], _Deviation]
 
 
 def deviating_columns(report: Report) -> Undone | None:
-    """Look for columns that are exchanged, unsigned, scaled, clipped or smoothed.
+    """Look for columns that are exchanged, unsigned, scaled, delayed, clipped or smoothed.
 
     For each column the deviation that explains its error best is undone.
     """
@@ -169,12 +181,16 @@ def _alike_everywhere(
 
 
 def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
-    """Drop ratios that differ between maneuvers, unless they leave no visible error.
+    """Drop numbers that differ between maneuvers; but not ratios that leave no visible error.
 
-    One program writes all maneuvers, so a true factor is the same in all of them. An energy that
-    lacks a part is near a different ratio in each maneuver.
+    One program writes all maneuvers, so a true factor or delay is the same in all of them. An
+    energy that lacks a part is near a different ratio in each maneuver.
     """
-    refuted = set()
+    refuted = {
+        key
+        for key, each in grouped((key, d) for (_, key), d in found.items()).items()
+        if any(d.how in ("late", "multiple") for d in each) and not _are_alike(each)
+    }
     for key, each in grouped((key, n) for (n, key), d in found.items() if d.how == "ratio").items():
         columns = {n: report[n][key] for n in each}
         left = {n: c.trace.error - found[n, key].values for n, c in columns.items()}
@@ -186,6 +202,15 @@ def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
     return {place: d for place, d in found.items() if place[1] not in refuted}
 
 
+def _are_alike(each: Sequence[_Deviation]) -> bool:
+    """True if deviations are of the same kind, and their numbers agree visibly."""
+    kinds = {(d.how, d.other) for d in each}
+    numbers = np.array([d.about for d in each]) if len(kinds) == 1 else np.empty((0, 0))
+    return len(kinds) == 1 and bool(
+        np.all(np.ptp(numbers, axis=0) <= TOLERANCE * np.max(np.abs(numbers), axis=0))
+    )
+
+
 def _without_exchanged_everywhere(
     report: Report, found: _Deviations
 ) -> dict[tuple[int, str], _Deviation]:
@@ -195,7 +220,7 @@ def _without_exchanged_everywhere(
     """
     every = {
         key for key, places in report.by_column().items()
-        if all((m.maneuver, key) in found and found[m.maneuver, key].other
+        if all((m.maneuver, key) in found and found[m.maneuver, key].how == "another"
                and found[m.maneuver, key].of is None for m, _ in places)
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in every}
@@ -297,6 +322,66 @@ def _ratio_for_a_time(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviatio
     return _Deviation("ratio for a time", deviation, (fit.factor, fit.offset, first, last))
 
 
+def _at_other_moment(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
+    """Describe a column, or a part of the mechanical energy, as that of another row.
+
+    A part may also be that of the first row in every row, or it may be multiplied.
+    """
+    best: tuple[float, _Deviation] | None = None
+    error = c.trace.error + c.as_understood.offset
+    for deviation in _moments(m, c, error):
+        rest = (error - deviation.values)[np.isfinite(deviation.values)]
+        # A filter resembles a delay, and an energy without a body resembles a multiple. Only values
+        # that are then right belong to another moment.
+        is_right = len(rest) > MOST_ROWS * len(error) and (
+            np.max(np.abs(rest)) <= max(c.hidden, RIGHT * c.scale)
+        )
+        if not is_right:
+            continue
+        left = max(rms(rest), floor_of(c))
+        if best is None or AS_GOOD * left < best[0]:
+            best = left, deviation
+    if best is None:
+        return None
+    return replace(best[1], values=best[1].values - c.as_understood.offset)
+
+
+def _moments(m: ManeuverScore, c: ColumnScore, error: Array) -> Iterator[_Deviation]:
+    """Yield the deviations of columns that are written at another moment, the simplest first."""
+    time, reference = c.trace.time, m.part.reference
+    end = float(reference.duration)
+    step = float(np.median(np.diff(time)))
+    own = next(x.name for x in reference.definitions[c.key] if x.definition == c.definition)
+    is_sum = c.key == ENERGY
+    for name in PARTS_OF_ENERGY if is_sum else (own,):
+
+        def exact(times: Array, name: str = name) -> Array:
+            return reference.approximate(np.clip(times, 0.0, end), [name])[name]
+
+        right, part = exact(time), name if is_sum else ""
+        if is_sum:
+            yield _Deviation("held", right[0] - right, (), part)
+        delay = 0.0
+        for _ in range(ROUNDS_OF_NEWTON):
+            late = exact(time - delay)
+            slope = (exact(time - delay - SMALL_STEP) - late) / SMALL_STEP
+            size = float(slope @ slope)
+            delay += float(slope @ (error - late + right)) / size if size else 0.0
+        count = round(delay / step)
+        if is_whole := count != 0 and abs(delay / step - count) < TOLERANCE:
+            delay = count * step
+        # The error of an integrator may resemble a delay. So without any other column, which would
+        # show this error, the values must be exactly those of another row.
+        if 0.0 < abs(delay) < end and (is_whole or m.column_count > 1):
+            meant = time - delay
+            is_within = (meant >= 0.0) & (meant <= end)
+            late = np.where(is_within, exact(meant) - right, np.nan)
+            yield _Deviation("late", late, (delay, step), part)
+        if is_sum:
+            by = float(right @ error) / float(right @ right)
+            yield _Deviation("multiple", by * right, (1.0 + by,), part)
+
+
 def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """Describe a column as the exact values clipped at its own smallest and largest value."""
     value, right = c.trace.value, c.trace.reference
@@ -382,6 +467,7 @@ _COLUMN_FAULTS = (
     _clipped,
     _averaged,
     _averaged_over_step,
+    _at_other_moment,
     _ratio_for_a_time,
 )
 """Functions that describe the deviation which one fault makes in a column; None if it makes none.
@@ -574,9 +660,24 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 yield ColumnRatio(key, tuple(of), by, more, unit, _finite(first), _finite(last))
             elif how == "step average":
                 yield StepAverage(key, tuple(of), is_before=bool(about[0]))
+            elif how in ("held", "late"):
+                yield _moment(key, tuple(of), found[of[0], key])
+            elif how == "multiple":
+                yield PartMultiplied(tuple(of), str(other), about[0])
             elif how == "clipped":
                 low, high = map(_finite, about)
                 yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
+
+
+def _moment(key: str, maneuvers: tuple[int, ...], d: _Deviation) -> OtherMoment:
+    """Return the evidence of a column with the values of another moment."""
+    part = d.other or None
+    if d.how == "held":
+        return OtherMoment(key, maneuvers, part, None)
+    delay, step = d.about
+    rows = round(delay / step)
+    is_whole = abs(delay - rows * step) <= ROUNDING * abs(delay)
+    return OtherMoment(key, maneuvers, part, delay, rows if is_whole else None)
 
 
 def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:

@@ -13,6 +13,9 @@ from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Place
 
+ENERGY, PARTS_OF_ENERGY = "mechanical_energy", ("potential_energy", "kinetic_energy")
+"""Keys of the mechanical energy, and of the columns whose sum it is."""
+
 
 @dataclass(frozen=True, slots=True)
 class Undone:
