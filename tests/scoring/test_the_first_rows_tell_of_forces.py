@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from generators.simulated_tables import TIME, right_program, simulated
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.claims import LINEAR
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
@@ -99,3 +100,34 @@ def test_it_is_said_where_nothing_explains_the_file(simulator, right, reference)
     # The finding needs no search, so it is reported even if the time for the search is used up.
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
     assert said == ["unsymmetric", "begins_as", "stopped_early"]
+
+
+def of_wrong_roll(reference, keys):
+    """Return what the first rows show of a roll angle that is computed wrongly."""
+    table = {"time": TIME}
+    for n in reference:
+        for key, x in reference[n].approximate(TIME, keys).items():
+            table[f"{key}_{n}"] = np.tan(1.05 * x) if key == "roll_angle" else x
+    return tuple(beginnings(score(table, reference)))
+
+
+@pytest.mark.parametrize("keys", [LATERAL, ("roll_angle", "steer_angle")])
+def test_an_angle_that_is_computed_wrongly_begins_as_nothing(reference, keys):
+    assert of_wrong_roll(reference, keys) == ()
+
+
+def test_an_angle_alone_may_also_be_computed_wrongly(reference):
+    (found,) = of_wrong_roll(reference, ("roll_angle", "forward_speed"))
+    assert found == BeginsAs(("roll_angle",), 1, (1, 2, 3), is_alone=True)
+    assert "only the angle computed wrongly" in found.message()
+    (found,) = of_wrong_roll(reference, ("roll_angle",))
+    assert found.is_alone
+
+
+@pytest.mark.parametrize("code", ["trail_sign", "inertia_H_about_origin", "trail_zero"])
+def test_an_angle_of_a_wrong_motion_is_not_alone(simulator, right, reference, code):
+    program = apply(right, [m for m in MISTAKES if m.code == code])
+    found = beginnings(score(simulated(simulator, program, LATERAL), reference))
+    powers = [x for x in found if isinstance(x, BeginsAs)]
+    assert powers
+    assert not any(x.is_alone for x in powers)

@@ -142,13 +142,16 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     """Yield the smallest exponent p of all maneuvers, if the error of an angle begins as t^p.
 
-    The evidence is about all maneuvers that show a power.
+    The evidence is about all maneuvers that show a power. An angle that the output computes wrongly
+    does not count.
     """
-    keys = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL and c.unit == "rad"}
+    lateral = {c.key: c.unit for m in maneuvers for c in m.columns if c.key in LATERAL}
+    keys = {key for key, unit in lateral.items() if unit == "rad"}
     found: dict[str, tuple[int, tuple[int, ...]]] = {}
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
-                if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
+                if c.key == key and _is_wrong(c) and _is_of_motion(m, c)
+                and (order := _power(c)) is not None}  # fmt: skip
         # If the power is 1 in one maneuver and higher in another, the evidence is unclear and not
         # reported. A late error of an angle is not reported either if the speed is wrong from the
         # first rows on.
@@ -157,7 +160,7 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
         if is_clear and not (is_late and _speed_is_wrong_at_once(maneuvers)):
             found[key] = min(each.values()), tuple(each)
     for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():
-        yield BeginsAs(tuple(alike), order, numbers)
+        yield BeginsAs(tuple(alike), order, numbers, is_alone=len(lateral) == 1)
 
 
 def _speed_is_wrong_at_once(maneuvers: Sequence[ManeuverScore]) -> bool:
@@ -167,6 +170,16 @@ def _speed_is_wrong_at_once(maneuvers: Sequence[ManeuverScore]) -> bool:
     """
     columns = (c for m in maneuvers for c in m.columns if c.key in _ALONG and _is_wrong(c))
     return any(power < _HIGHEST_REPORTED for c in columns if (power := _power(c)) is not None)
+
+
+def _is_of_motion(m: ManeuverScore, c: ColumnScore) -> bool:
+    """False if another column of roll and steer is better by far than an angle.
+
+    Roll and steer are coupled, so a wrong motion is wrong in all of these columns: with the
+    mistakes of the library, the error of an angle is at most 37 times as large as another.
+    """
+    others = [x.error for x in m.compared if x.key in LATERAL and x.key != c.key]
+    return c.error <= BY_FAR * max(others, default=c.error)
 
 
 def _is_wrong(c: ColumnScore) -> bool:

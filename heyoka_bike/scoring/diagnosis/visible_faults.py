@@ -34,12 +34,7 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.rows.table import (
-    ENERGY,
-    PARTS_OF_ENERGY,
-    is_right_column,
-    whole_columns,
-)
+from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 

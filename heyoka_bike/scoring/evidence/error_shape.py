@@ -204,11 +204,15 @@ class BeginsAs(Evidence):
         The power. 1 indicates a wrong initial rate, wrong times or an integrator; 2 a force or a
         wrong initial speed; 3 a force that is zero at the start. Higher powers count as 3.
     maneuvers
+    is_alone
+        True if the file has no other column of roll and steer, which would show whether the motion
+        or only the angle is wrong.
     """
 
     keys: tuple[str, ...]
     order: int
     maneuvers: tuple[int, ...]
+    is_alone: bool = False
 
     only_describes = True
     code = "begins_as"
@@ -232,6 +236,11 @@ class BeginsAs(Evidence):
             "and straight, or that acts only later",
         }[self.order]
         many = len(self.keys) > 1
+        if self.is_alone:
+            why += (
+                ". The file has no other column of roll and steer, so the motion may also be right "
+                "and only the angle computed wrongly"
+            )
         return (
             f"In the first rows of {maneuvers(self.maneuvers)}, the error{'s' * many} of "
             f"{' and '.join(self.keys)} grow{'s' * (not many)} in proportion to {power}. Typical "
