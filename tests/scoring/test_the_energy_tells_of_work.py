@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from generators.simulated_tables import TIME, right_program, simulated
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.energies import of_energy
+from heyoka_bike.scoring.diagnosis.energies import is_of_motions, of_energy
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
+from heyoka_bike.scoring.diagnosis.residual.observed import observe
 from heyoka_bike.scoring.evidence.error_shape import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.score import score
 
@@ -70,3 +74,18 @@ def test_an_energy_that_changes_at_first_only_falls_not_steadily(reference):
     found = energy(table, reference)
     assert isinstance(found, EnergyVaries)
     assert found.until == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize(("lost", "is_all"), [(0.0, True), (0.1, False)])
+def test_a_force_explains_the_energy_that_belongs_to_its_motion(
+    simulator, right, reference, lost, is_all
+):
+    """A spring does the work; a loss in the output does not belong to any motion."""
+    table = simulated(simulator, right, BENCHMARK_COLUMNS, steer_stiffness=0.5)
+    for n in reference:
+        table[f"mechanical_energy_{n}"] = table[f"mechanical_energy_{n}"] - lost * TIME
+    report = score(table, reference)
+    parts = [m.part for m in report.maneuvers]
+    equations = Equations.binary64(right.motion.bicycle)
+    motions = [observe(part, understand(parts), equations) for part in parts]
+    assert is_of_motions(report, motions, equations) is is_all

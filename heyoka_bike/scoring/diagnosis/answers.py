@@ -22,7 +22,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
     TorqueLaw,
     UnitsBeside,
 )
-from heyoka_bike.scoring.diagnosis.energies import of_contact, of_other_motions
+from heyoka_bike.scoring.diagnosis.energies import is_of_motions, of_contact, of_other_motions
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
@@ -34,10 +34,13 @@ from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
     BeginsAs,
+    EnergyTrend,
+    EnergyVaries,
     FallsOver,
     RoughError,
     SmoothError,
     TooFar,
+    WorkFromStart,
 )
 from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
@@ -105,7 +108,9 @@ def answers(
         # so an incomplete search does not report it.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
-        return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
+        direction = tuple(_direction(diagnosis.causes))
+        shape = _without_work(numerical.described(report), direction, diagnosis.causes, report)
+        return (*yields, *first, *direction, *shape)
     # If the contact yields, do not report the nearest integrator: the contact explains the error
     # better.
     integrator = None if yields else integrator
@@ -124,7 +129,7 @@ def answers(
     forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
     if falls:
         return (*forces, *first)
-    shape = numerical.causes(report)
+    shape = _without_work(numerical.causes(report), forces, diagnosis.causes, report)
     # If the columns are too far from the exact ones, the residual of the equations has no meaning,
     # so it is not reported.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
@@ -239,6 +244,22 @@ def _energies(causes: Residual | None, report: Report) -> tuple[EnergyOfOtherMot
         return ()
     equations = Equations.binary64(causes.program.motion.bicycle)
     return tuple(of_other_motions(report, causes.motions, equations))
+
+
+def _without_work(
+    shape: tuple[Evidence, ...], forces: Sequence[Evidence], causes: Residual | None, report: Report
+) -> tuple[Evidence, ...]:
+    """Drop the changes of the energy if a known force causes them, so that no integrator does."""
+    is_known = any(
+        x.loads if isinstance(x, ForceUnexplained) else isinstance(x, Direction | TorqueLaw)
+        for x in forces
+    )
+    if causes is None or not is_known:
+        return shape
+    equations = Equations.binary64(causes.program.motion.bicycle)
+    if not is_of_motions(report, causes.motions, equations):
+        return shape
+    return tuple(x for x in shape if not isinstance(x, EnergyTrend | EnergyVaries | WorkFromStart))
 
 
 def _left(causes: Residual) -> LeftOfEquations:

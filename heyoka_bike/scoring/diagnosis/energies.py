@@ -206,6 +206,24 @@ def _change(c: ColumnScore) -> Array:
     return change
 
 
+def is_of_motions(report: Report, motions: Sequence[Observed], equations: Equations) -> bool:
+    """True if the mechanical energy changes as that of the motions in the file.
+
+    Then the force that changes the motion does all of the work. False if the file does not show it.
+    """
+    for motion in motions:
+        energy = _energy(report[motion.number])
+        if energy is None or not motion.has_state:
+            return False
+        own = equations.columns(state_vector(equations, motion.state.__getitem__))[ENERGY]
+        _, here, there = np.intersect1d(energy.time, motion.time, return_indices=True)
+        apart = energy.change[here] - own[there]
+        least = CLEARLY * energy.floor
+        if rms(apart - apart[0]) > max(rms(energy.change[here]) / CLEARLY, least):
+            return False
+    return True
+
+
 def of_other_motions(
     report: Report, motions: Sequence[Observed], equations: Equations
 ) -> Iterator[EnergyOfOtherMotion]:
