@@ -312,3 +312,11 @@ def test_few_digits_show_the_order_of_rows(reference):
     held[2] = {key: np.round(x, 6) for key, x in held[2].items()}
     (seen,) = own_times(report_of(held, reference, time)).seen
     assert seen.found[2].rows > 900
+
+
+@pytest.mark.parametrize("key", ["roll_rate", "steer_rate"])
+def test_a_wrong_motion_that_decays_early_does_not_repeat_its_rows(key, reference):
+    """Its changes fall below the digits while the exact motion goes on."""
+    held = {1: {key: np.round(reference[3].approximate(TIME, (key,))[key], 6)}}
+    found = visible_faults.shown(report_of(held, reference))
+    assert not any(isinstance(x, RowsBetween) for x in found)

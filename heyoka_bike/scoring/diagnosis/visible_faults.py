@@ -173,13 +173,17 @@ def _flat(c: ColumnScore, order: int) -> float:
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
-    # The changes must be far larger than the unit of the last digit, because a motion that hardly
-    # moves also seems to stand still.
-    if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
-        return 0.0
-    # One part of the run may be an exception: a motion that decays ends on a straight line.
-    parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
-    return sorted(float(np.mean(x)) for x in parts)[1]
+    # In each part the changes must be far larger than the unit of the last digit, because a motion
+    # that hardly moves also seems to stand still. One part of the run may be an exception: a motion
+    # that decays ends on a straight line.
+    parts = np.array_split(found[moves], _PARTS_OF_RUN)
+    shares = [
+        float(np.mean(x <= tiny))
+        if (x > tiny).any() and np.median(x[x > tiny]) >= CLEARLY * tiny
+        else 0.0
+        for x in parts
+    ]
+    return sorted(shares)[1]
 
 
 def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
