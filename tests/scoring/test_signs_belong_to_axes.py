@@ -139,7 +139,7 @@ def test_a_wrong_motion_shows_the_sign_of_a_rate_by_the_slope_of_its_angle(key, 
     assert contradicted(wrong_motion(reference, key), reference) == ([pair], [])
 
 
-def test_a_wrong_motion_with_both_rates_turned_round_contradicts_both_angles(reference):
+def test_a_wrong_motion_with_both_rates_flipped_contradicts_both_angles(reference):
     flipped = wrong_motion(reference, "roll_rate", "steer_rate")
     assert contradicted(flipped, reference) == ([LATERAL[:2], LATERAL[2:]], [])
 
