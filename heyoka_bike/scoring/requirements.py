@@ -18,7 +18,7 @@ from math import floor, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
-from heyoka_bike.scoring.evidence.as_compared import NeverFilled, NoReference
+from heyoka_bike.scoring.evidence.as_compared import ConstantColumns, NoReference
 from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.outcomes import (
@@ -263,7 +263,7 @@ def _columns_not_compared(
         return None in (r.column, x.key) or r.column == x.key
 
     lost = tuple(filter(is_meant, report.not_compared))
-    unfilled = {x for e in report.seen if isinstance(e, NeverFilled) for x in e.lost(())}
+    unfilled = {x for e in report.seen if isinstance(e, ConstantColumns) for x in e.lost(())}
     if never := tuple(x for x in lost if x in unfilled and (r.column or x.maneuver not in enough)):
         return NeverFilledIn(never)
     lost = tuple(x for x in lost if x not in unfilled)

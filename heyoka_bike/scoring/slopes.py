@@ -20,11 +20,26 @@ def opposite_pairs(maneuvers: Sequence[Columns], *, is_begun: bool) -> list[tupl
     ----------
     maneuvers
     is_begun
-        True if the first rows contain the given initial conditions. If they do not, and every rate
-        is the opposite of a slope, the rows may be in reversed order. Then no pair is returned.
+        True if the first rows contain the given initial conditions. If the motion does not continue
+        from these, and every rate is the opposite of a slope, the rows may be in reversed order.
+        Then no pair is returned.
     """
     signs = {(angle, rate): _sign(angle, rate, maneuvers) for rate, angle in ANGLE_OF.items()}
-    return [p for p, x in signs.items() if x < 0 and (is_begun or 1 in signs.values())]
+    found = [pair for pair, x in signs.items() if x < 0]
+    if 1 in signs.values() or (is_begun and all(_continues(found, m) for m in maneuvers)):
+        return found
+    return []
+
+
+def _continues(pairs: Sequence[tuple[str, str]], columns: Columns) -> bool:
+    """True if the first change of every angle is not larger than its rates explain."""
+    for angle, rate in pairs:
+        if angle in columns and rate in columns:
+            (time, values), (_, rates) = columns[angle], columns[rate]
+            largest = np.max(np.abs(rates[:2])) * np.ptp(time[:2])
+            if np.ptp(values[:2]) > 3 / 2 * largest:
+                return False
+    return True
 
 
 def _sign(angle: str, rate: str, maneuvers: Sequence[Columns]) -> int:

@@ -153,6 +153,8 @@ def test_neither_rows_far_apart_nor_reversed_rows_show_a_sign(reference):
     far = wrong_motion(reference, "steer_rate", every=200)
     assert not contradicted(far, reference)[0]
     assert not contradicted(wrong_motion(reference, change=lambda x: x[::-1]), reference)[0]
+    kept = wrong_motion(reference, change=lambda x: np.r_[x[:1], x[:0:-1]])
+    assert not contradicted(kept, reference)[0]
 
 
 def test_the_roll_angle_of_a_bicycle_that_has_fallen_shows_no_sign(reference):

@@ -324,7 +324,7 @@ def test_a_column_of_few_that_repeats_is_named_alone(of, reference):
     (found,) = diagnosed(report, reference).diagnosis
     assert found.code == "rows_between"
     assert found.evidence["columns"] == ["steer_rate"]
-    assert "of the values of steer_rate in maneuvers 1, 2, 3" in found.message
+    assert "of the values of steer_rate in maneuvers 1, 2 and 3" in found.message
 
 
 def test_a_speed_that_settles_in_single_precision_is_not_held(reference, tmp_path):

@@ -43,7 +43,12 @@ from heyoka_bike.scoring.diagnosis.search import (
     Plan,
     again,
 )
-from heyoka_bike.scoring.evidence.as_compared import ConstantInMotion, NeverFilled, Unfilled
+from heyoka_bike.scoring.evidence.as_compared import (
+    ConstantColumns,
+    ConstantInMotion,
+    NeverFilled,
+    Unfilled,
+)
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
@@ -266,7 +271,7 @@ class Pursuit:
     def whole_answer(self, end: Answer) -> Answer:
         """Combine the last answer with the evidence of the faults that were undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
-        is_rest = bool(self.seen) or any(isinstance(x, NeverFilled) for x in self.root.seen)
+        is_rest = bool(self.seen) or any(isinstance(x, ConstantColumns) for x in self.root.seen)
         more = tuple(
             replace(x, is_rest=is_rest) if isinstance(x, ColumnsApart | RightElsewhere) else x
             for x in end.seen
@@ -420,7 +425,7 @@ def _conventions_with(
         yield rest
 
 
-def _unfilled_with(seen: NeverFilled, cause: Hypothesis) -> Iterator[NeverFilled]:
+def _unfilled_with(seen: NeverFilled, cause: Hypothesis) -> Iterator[ConstantColumns]:
     """Separate the columns that are constant in the motion of a cause from those never filled in.
 
     Without gravity, for example, the potential energy is zero.

@@ -311,8 +311,8 @@ class Unfilled:
 
 
 @dataclass(frozen=True, slots=True)
-class NeverFilled(Evidence):
-    """Columns contain the same number in every row, although the quantity varies.
+class ConstantColumns(Evidence):
+    """Columns contain the same number in every row, so they are left out of the result.
 
     Attributes
     ----------
@@ -326,17 +326,6 @@ class NeverFilled(Evidence):
 
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         return (LostColumn(f"{x.maneuver}.{x.key}", x.key, x.maneuver) for x in self.columns)
-
-    code = "never_filled"
-    severity = Severity.WARNING
-
-    def message(self) -> str:
-        is_one = len(self.columns) == 1
-        these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
-        return (
-            f"{self._held()} in every row, although the exact values vary. {these} never filled "
-            f"in, or lost digits, so {are} left out of the result"
-        )
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": [f"{x.maneuver}.{x.key}" for x in self.columns]}
@@ -359,7 +348,23 @@ class NeverFilled(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
-class ConstantInMotion(NeverFilled):
+class NeverFilled(ConstantColumns):
+    """Columns contain the same number in every row, although the quantity varies."""
+
+    code = "never_filled"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        is_one = len(self.columns) == 1
+        these, are = ("This column was", "it is") if is_one else ("These columns were", "they are")
+        return (
+            f"{self._held()} in every row, although the exact values vary. {these} never filled "
+            f"in, or lost digits, so {are} left out of the result"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantInMotion(ConstantColumns):
     """Columns contain the same number in every row, as in the motion of the cause found."""
 
     code = "constant_in_motion"
