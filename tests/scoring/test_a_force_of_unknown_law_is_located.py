@@ -111,6 +111,10 @@ def test_a_cause_that_only_resembles_the_force_is_not_named(reference, motions):
     assert residual.best.codes == ("other_air_drag",)
     assert [(x.load, x.coefficient) for x in residual.loads] == [("drag", pytest.approx(-0.5))]
     assert acts_elsewhere(residual)
+    left = LeftOfEquations(residual.shares, residual.acts_in, residual.above)
+    said = ForceUnexplained(left, False, True, (residual.best,), residual.loads).message()
+    assert said.startswith("The program applies a force along the velocity of the rear frame's")
+    assert "The nearest known cause is this: the drag coefficient" in said
 
 
 def test_a_cause_that_explains_all_is_named_though_a_load_resembles_it(reference, motions):

@@ -84,6 +84,20 @@ def test_a_large_error_is_followed_by_steps_from_the_start(reference, reduced):
     assert found.evidence["relief"] > 1e6
 
 
+@pytest.mark.parametrize(
+    ("method", "says"), [("euler", "explicit Euler"), ("symplectic", "semi-implicit Euler")]
+)
+def test_a_step_as_long_as_the_rows_is_named_from_one_column(reference, reduced, method, says):
+    """The error is half as large as the column, so a propagated error does not resemble it."""
+    step = reduced.symplectic_euler if method == "symplectic" else reduced.explicit(method)
+    results = reduced.run(step, 0.01)
+    one = replace(
+        results.maneuvers[0], values={"roll_rate": results.maneuvers[0].values["roll_rate"]}
+    )
+    (found,) = integrator(replace(results, maneuvers=(one,)), reference)
+    assert found.evidence["methods"] == [{"method": says, "step": pytest.approx(0.01)}]
+
+
 @pytest.mark.proof
 def test_other_weights_are_another_method(reference, reduced):
     """RK4 with the weights 1, 2, 1, 2 has order 1, and is not one of the methods in the list."""

@@ -470,7 +470,13 @@ class ForceUnexplained(Evidence):
 
     def message(self) -> str:
         if self.loads:
-            return _load_words(self.loads)
+            said = _load_words(self.loads)
+            if self.closest and self.closest[0].relief > THRESHOLDS.direction_factor:
+                said += (
+                    f". The nearest known cause is this: {mistakes_words(self.closest[0].mistakes)}"
+                    f". {_equations_relief(self.closest[0])}"
+                )
+            return said
         what = (
             "The remaining error is larger than an integrator's. It is a nonlinear effect of this "
             "mistake, or it has another cause"

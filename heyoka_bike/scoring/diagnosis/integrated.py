@@ -3,9 +3,11 @@
 A small error of a method of order p grows with its step h as h^p. So the error of each method, with
 a step from row to row, is propagated along the exact motion. The factor that fits it to the file's
 error gives the step of the file. For the nearest methods the error with that step is propagated; if
-this takes few evaluations, they are also run from the start. The state is that of the reduced
-equations: roll, steer, their rates and the rolling rate. In other coordinates the same method
-makes a different error, and is recognised less reliably.
+this takes few evaluations, they are also run from the start. If nothing explains a larger error,
+methods of low order are run from the start with a step from row to row.
+
+The state is that of the reduced equations: roll, steer, their rates and the rolling rate. In other
+coordinates the same method makes a different error, and is recognised less reliably.
 """
 
 from __future__ import annotations
@@ -53,6 +55,10 @@ _MOST_STEPS = 10
 # Number of methods that are run from the initial conditions, and maximum number of evaluations of
 # the equations for each method.
 _RUN, _EVALUATIONS = 3, 12000
+# Highest order of the methods that are run with a step from row to row, and maximum number of
+# evaluations for each. With the same step, methods of higher order make errors that are small
+# enough to be propagated. Implicit methods are run if rows are far apart.
+_LOW_ORDER, _EVALUATIONS_OF_ROWS = 2, 3000
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,14 +205,43 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
         # have to interpolate its rows, and no program interpolates in the way assumed here.
         if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
-        method = fit.method
-        says = f"{method.says} with a step of {step:.3g} s"
-        code = f"integrator_{method.code}"
-        cause = NumericalMethod(code, says, "the step", "method", lambda p: p, method.says, step)
-        carried = tuple(run.off(method, fit.steps, fit.rows, fit.factor) for run in runs)
-        made = _made(runs, method, step)
+        carried = tuple(run.off(fit.method, fit.steps, fit.rows, fit.factor) for run in runs)
+        made = _made(runs, fit.method, step)
         nearer = min(filter(None, (carried, made)), key=partial(_left, runs))
-        yield Integrated(cause, nearer)
+        yield Integrated(_cause(fit.method, step), nearer)
+
+
+def with_steps_of_rows(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
+    """Yield methods of low order whose runs, with a step from row to row, resemble the file.
+
+    They are run from the start. The error of a large step grows faster than a power of the step, so
+    `integrated` does not recognise it.
+
+    Raises
+    ------
+    BudgetSpentError
+        The time limit is reached.
+    """
+    step = runs[0].spacing
+    before = _left(runs, [{name: np.zeros(1) for name in run.errors} for run in runs])
+    found = []
+    for method in METHODS:
+        deadline.check()
+        is_tried = method.order <= _LOW_ORDER
+        made = _made(runs, method, step, _EVALUATIONS_OF_ROWS) if is_tried else ()
+        if made:
+            found.append((before - _left(runs, made), method, made))
+    least = max([log(CLEARLY), *(gain - log(CLEARLY) for gain, *_ in found)])
+    for gain, method, made in sorted(found, key=lambda x: -x[0]):
+        if gain > least:
+            yield Integrated(_cause(method, step), made)
+
+
+def _cause(method: FixedStep, step: float) -> NumericalMethod:
+    """Return the cause that a program integrates by a method with a step [s]."""
+    says = f"{method.says} with a step of {step:.3g} s"
+    code = f"integrator_{method.code}"
+    return NumericalMethod(code, says, "the step", "method", lambda p: p, method.says, step)
 
 
 def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:
@@ -224,12 +259,17 @@ def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
     return steps, rows
 
 
-def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns, ...]:
-    """Return the errors of a method run from the start [SI]; empty if the run takes too long."""
+def _made(
+    runs: Sequence[Run], method: FixedStep, step: float, most: int = _EVALUATIONS
+) -> tuple[Columns, ...]:
+    """Return the errors of a method run from the start [SI]; empty if the run takes too long.
+
+    `most` is the largest number of evaluations of the equations.
+    """
     starts = [run.start() for run in runs]
     equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
     count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - TOLERANCE)
-    if count * evaluations(method, equations, start, step) > _EVALUATIONS:
+    if count * evaluations(method, equations, start, step) > most:
         return ()
     states = steps_made(method, equations, start, step, count)
     return tuple(run.of_states(y, step) for run, y in zip(runs, states.swapaxes(0, 1), strict=True))

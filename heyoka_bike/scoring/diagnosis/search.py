@@ -16,6 +16,7 @@ from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.integrated import with_steps_of_rows
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
@@ -528,6 +529,12 @@ SEARCH = (
         "which two or three wrong values explain the errors of whole runs?",
         _asks_whole_runs,
         lambda search: _of_whole_runs(search.file, COUNTS[1:]),
+    ),
+    Trial(
+        "large steps",
+        "which integrator of low order, with a step from row to row, makes the file?",
+        lambda search: _goes_on(search) and _may_be_an_integrator(search),
+        lambda search: search.file.by_integrators(with_steps_of_rows),
     ),
     Trial(
         "together",

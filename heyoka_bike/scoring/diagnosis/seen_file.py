@@ -1,6 +1,6 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 
 import numpy as np
@@ -17,7 +17,13 @@ from heyoka_bike.scoring.definitions import Sample, Understandings, understand_s
 from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
-from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
+from heyoka_bike.scoring.diagnosis.integrated import (
+    CARRIED,
+    ROWS_FOLLOWED,
+    Integrated,
+    Run,
+    integrated,
+)
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
@@ -288,10 +294,13 @@ class FileUnderTest:
         with np.errstate(all="ignore"):
             return edit_beside_a_value(parts, self.right.understood, self.program, self._deadline)
 
-    def by_integrators(self) -> Iterator[Hypothesis]:
-        """Yield integration methods whose error resembles the file's error, see `integrated`.
+    def by_integrators(
+        self, found_by: Callable[[Sequence[Run], Deadline], Iterable[Integrated]] = integrated
+    ) -> Iterator[Hypothesis]:
+        """Yield integration methods whose error resembles the file's error.
 
-        It yields nothing if the rows are not evenly spaced.
+        `found_by` is `integrated` or `with_steps_of_rows`. It yields nothing if the rows are not
+        evenly spaced.
 
         Raises
         ------
@@ -304,7 +313,7 @@ class FileUnderTest:
             self._integrated(p, right)
             for p, right in zip(self._parts, self.right.expected, strict=True)
         ]
-        for found in integrated(runs, self._deadline):
+        for found in found_by(runs, self._deadline):
             expected = [
                 {name: v + off[name] for name, v in columns.items()}
                 for columns, off in zip(self.right.expected, found.off, strict=True)
