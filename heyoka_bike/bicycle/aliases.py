@@ -9,25 +9,29 @@ ALIASES: Mapping[str, tuple[str, ...]] = {
     "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
     "roll_rate": (
         "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
-        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
-        "\u03c6\u0307", "\u03d5\u0307",
+        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "droll", "dlean", "dotphi",
+        "dotvarphi", "\u03c6\u0307", "\u03d5\u0307",
     ),
     "forward_speed": (
         "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
         "longitudinalvelocity",
     ),
-    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
-    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
-    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
+    "potential_energy": ("potential", "pot", "epot", "ep", "pe", "u"),
+    "kinetic_energy": ("kinetic", "kin", "ekin", "ek", "ke"),
+    "mechanical_energy": (
+        "mechanical", "mech", "energy", "total", "totalenergy", "emech", "etot", "e",
+    ),
     "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
     "steer_rate": (
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
         "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
-        "steerd", "dotdelta", "\u03b4\u0307",
+        "steerd", "dsteer", "dotdelta", "\u03b4\u0307",
     ),
     "pitch": ("pitchangle", "theta", "\u03b8"),
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
-    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
+    "yaw_rate": (
+        "yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot", "dyaw",
+    ),
 }  # fmt: skip
 """Other names of columns as programs write them, by key: lower case without separators."""
 

@@ -38,6 +38,7 @@ _ENERGY_NAMES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mech
 _LETTER_OF_COORDINATES = "q"
 # A name that is a single letter, perhaps with a number.
 _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
+_LETTER_AND_NUMBER = re.compile(r"([A-Za-z])_?([0-9]{1,3})")
 IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
 
 
@@ -97,10 +98,11 @@ def _with_capitals(names: Sequence[str], found: list[MaybeMeaning]) -> list[Mayb
     """Return the meanings with T and V as energies, if the other names indicate this.
 
     They do if there are columns t, v or u, or if another column has the usual meaning of T or V,
-    and there are other energies.
+    and there are other energies. Beside an energy, they may have a number: V1 and T1 beside E1.
     """
     split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
-    apart = [without_maneuver(stem) for stem, _ in split]
+    has_energy = any(f and f[0] in _ENERGY_NAMES for f in found)
+    apart = [_without_number(stem, has_energy) for stem, _ in split]
     plain = [
         stem if unit is None else "" for (stem, _), (_, unit) in zip(apart, split, strict=True)
     ]
@@ -109,12 +111,19 @@ def _with_capitals(names: Sequence[str], found: list[MaybeMeaning]) -> list[Mayb
     for name, (small, alone, energy) in _CAPITALS.items():
         is_second = (alone, None) in others and (energy, None) not in others
         words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
-        if any(stem in [*small] for stem, _ in split) or (is_second and words & _ENERGY_NAMES):
+        is_small = any(stem in [*small] for stem, _ in (*split, *apart))
+        if is_small or (is_second and words & _ENERGY_NAMES):
             meant = [
                 (energy, number) if x == name else f
                 for x, (_, number), f in zip(plain, apart, meant, strict=True)
             ]
     return meant
+
+
+def _without_number(stem: str, is_letter: bool) -> tuple[str, int | None]:
+    """Return a name without its maneuver; with `is_letter` also a letter without its number."""
+    match = _LETTER_AND_NUMBER.fullmatch(stem) if is_letter else None
+    return (match[1], int(match[2])) if match else without_maneuver(stem)
 
 
 def _apart(names: Sequence[str], found: list[MaybeMeaning]) -> list[MaybeMeaning]:
