@@ -108,3 +108,14 @@ def test_a_flipped_sign_is_named_beside_a_motion_that_resembles_no_other(key, re
     codes, values = named(table, reference)
     assert codes == {"signs_disagree": None}
     assert values == {"w": pytest.approx(1.2, abs=1e-4)}
+
+
+@pytest.mark.parametrize("wrong", [WRONG, pytest.param({"c": "0.01"}, marks=pytest.mark.proof)])
+def test_a_speed_that_is_that_of_the_start_hides_no_wrong_value(wrong, reference):
+    """No motion that leans and steers has this speed, so the equations show nothing with it."""
+    table = columns(reference, wrong)
+    for of in table.values():
+        of["forward_speed"] = np.full_like(TIME, of["forward_speed"][0])
+    (found, *_) = diagnose(side_by_side(table, TIME), reference).diagnosis
+    value, output = found.evidence["mistakes"]
+    assert (value, output) == (f"other_{next(iter(wrong))}", "speed_of_start")

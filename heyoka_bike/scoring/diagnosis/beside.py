@@ -18,6 +18,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.claims import has_usual_energy
 from heyoka_bike.scoring.diagnosis.conclusions import BesideCause, Direction, Explained
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
 from heyoka_bike.scoring.diagnosis.programs.simulated_maneuver import with_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator, requested
@@ -32,6 +33,8 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
 from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.score import scored_rows
+
+SPEED = "forward_speed"
 
 
 def faults_beside(
@@ -100,7 +103,8 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
 
     A rate is the slope of its angle, whatever the motion is. If this fails in some maneuvers only,
     they are left out. If it fails in all, but for one angle only, then first its rate is left out,
-    and next the angle is replaced by the integral of the rate.
+    and next the angle is replaced by the integral of the rate. At last a speed is left out that is
+    the same in every row, because no motion that is not upright has this speed.
     """
     off = {(m.number, key): x for m in motions for key, x in m.inconsistencies().items()}
     ranked = sorted(off, key=lambda place: -off[place])
@@ -115,6 +119,8 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
         (rate,) = keys
         yield tuple(part.only(part.values.keys() - keys) for part in parts)
         yield tuple(_with_integral(part, rate) for part in parts)
+    if has_constant_speed(parts) and any(SPEED in part.values for part in parts):
+        yield tuple(part.only(part.values.keys() - {SPEED}) for part in parts)
 
 
 def _with_integral(part: Part, rate: str) -> Part:

@@ -42,6 +42,7 @@ from heyoka_bike.scoring.diagnosis.search import (
     Causes,
     Plan,
     again,
+    with_output,
 )
 from heyoka_bike.scoring.evidence.as_compared import (
     ConstantColumns,
@@ -330,18 +331,22 @@ def _end_of(pursuit: Pursuit) -> Answer:
         end = pursuit.answer or pursuit.of_motion()
     # If the time limit is reached from here on, this answer remains.
     pursuit.answer = end
-    if causes_of(end.seen):
-        causes = causes_of(end.seen, is_incomplete=True)
-    else:
+    is_contradicted = not causes_of(end.seen)
+    if is_contradicted:
         causes = _by_consistent_rows(pursuit, end)
+    else:
+        causes = causes_of(end.seen, is_incomplete=True)
     beside = faults_beside(causes, pursuit.view, pursuit.reference, pursuit.simulator)
-    if beside is None:
+    if beside is not None:
+        judged = pursuit.of_rows(beside.parts, again(causes))
+    elif causes and is_contradicted:
+        judged = pursuit.of_motion(with_output(causes[0]))
+    else:
         return end
-    judged = pursuit.of_rows(beside.parts, again(causes))
     if not any(isinstance(x, Explained) for x in judged.seen):
         # The causes do not explain the corrected rows either, so discard the corrections.
         return end
-    pursuit.seen += beside.seen
+    pursuit.seen += beside.seen if beside is not None else ()
     return judged
 
 

@@ -583,10 +583,24 @@ ONLY_OUTPUT = Plan(OF_WHAT_IS_WRITTEN, asks_equations=False)
 
 def again(causes: Sequence[Causes]) -> Plan:
     """Return the plan to judge causes that were found before faults of the rows were corrected."""
-    step = Trial(
-        "again",
+    return _only(
         "does this cause explain the rows without their faults?",
-        lambda _: True,
         lambda search: _proposed(search.file, causes),
     )
-    return Plan((step,), asks_equations=False)
+
+
+def with_output(causes: Causes) -> Plan:
+    """Return the plan to judge causes that some rows or columns show, with a mistake of the output.
+
+    The other rows or columns contradict these causes.
+    """
+    return _only(
+        "which mistake of the output contradicts this cause?",
+        lambda search: search.file.judged(
+            in_order((*causes, m)) for m in _written(search.file) if m not in causes
+        ),
+    )
+
+
+def _only(question: str, tried: Callable[[Search], Iterable[Hypothesis]]) -> Plan:
+    return Plan((Trial("again", question, lambda _: True, tried),), asks_equations=False)
