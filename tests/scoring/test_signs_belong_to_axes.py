@@ -8,9 +8,9 @@ from games.honest_files import signs
 from generators.made_results import exact_columns, made, rows
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.evidence.column_meaning import (
-    DEFAULT_CONVENTIONS,
     Conventions,
     SignContradiction,
+    default_conventions,
 )
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed
@@ -108,7 +108,7 @@ def test_signs_that_contradict_are_in_the_verdict(reference):
 def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):
     report = score(made(reference, turned("roll_angle", "roll_rate")), reference)
     said = diagnosis(report)
-    assert DEFAULT_CONVENTIONS not in " ".join(said.split())
+    assert default_conventions(report.by_column()) not in " ".join(said.split())
     assert "has a sign error" in " ".join(said.split())
 
 

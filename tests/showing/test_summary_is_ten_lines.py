@@ -52,7 +52,7 @@ def test_it_answers_in_this_order():
 @pytest.mark.parametrize(
     ("report", "says"),
     [
-        (sample_reports.perfect, "to test this automatically, add --require 'scd >= 12'"),
+        (sample_reports.perfect, "to test this, add to this command: --require 'scd >= 12'"),
         (sample_reports.nothing, "nothing in it could be compared"),
         (lambda: sample_reports.sample(1e-9), "--require 'scd >= 8' --require 'coverage >= 1'"),
         (lambda: _part(sample_reports.sample(1e-9)), "write rows over the whole run"),

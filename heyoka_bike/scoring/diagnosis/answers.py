@@ -91,7 +91,7 @@ def answers(
             and not (isinstance(x, RowsRepeated) and x.rows == report[x.maneuvers[0]].rows)
         )  # fmt: skip
         causes = (
-            _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
+            _integrated(rank, hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
             for rank, hypotheses in enumerate(diagnosis.classes[: THRESHOLDS.max_answers], 1)
         )
         is_method = any(m.kind == "method" for m in diagnosis.classes[0][0].mistakes)
@@ -189,12 +189,13 @@ def _linear(h: Hypothesis) -> LinearMotion:
     return LinearMotion(h, unknown, place, left)
 
 
-def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
+def _integrated(rank: int, hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
     """Return the integration methods if the likeliest hypothesis is one; otherwise None."""
     found = [(h, m) for h in hypotheses for m in h.mistakes if isinstance(m, NumericalMethod)]
     if not found or found[0][0] is not hypotheses[0]:
         return None
-    return IntegratedBy(hypotheses[0], tuple(m for _, m in found), left_over(hypotheses[0], None))
+    methods = tuple(m for _, m in found)
+    return IntegratedBy(hypotheses[0], methods, left_over(hypotheses[0], None), rank > 1)
 
 
 def _integrator(causes: Residual | None) -> Integrator | None:

@@ -249,7 +249,7 @@ class LinearMotion(Evidence):
                 "equations compute energies in several ways"
             )
         return (
-            "The file contains motions of the linearised equations at constant speed. A simulation "
+            "The file follows the linearised equations at constant speed. A simulation "
             f"of these equations agrees with the file {short_number(self.hypothesis.relief)} times "
             f"better than the exact motion does. The benchmark asks for the nonlinear equations. "
             f"{rest}"
@@ -336,11 +336,14 @@ class IntegratedBy(Evidence):
     rest
         The place where an error remains, above the digits and a hundredth of the error; None if the
         method explains everything.
+    is_next
+        True if a likelier cause is reported before these methods.
     """
 
     hypothesis: Hypothesis
     methods: tuple[NumericalMethod, ...]
     rest: Place | None
+    is_next: bool = False
 
     code = "integrator"
 
@@ -358,16 +361,19 @@ class IntegratedBy(Evidence):
         names = either([f"{either(x)} with a step of {step}" for step, x in alike.items()])
         which = "this" if len(self.methods) == 1 else "the first"
         h = self.hypothesis
-        said = "The error is that of " if self.is_sure else "The error is nearest to that of "
-        said += (
-            f"{names}. A run of {which} method agrees with the file {short_number(h.relief, 1)} "
-            "times better than the exact motion does. "
+        run = (
+            f"A run of {which} method agrees with the file {short_number(h.relief, 1)} times "
+            "better than the exact motion does"
         )
+        if self.is_next:
+            return f"The error also resembles that of {names}. {run}"
         if not self.is_sure:
-            return said + (
-                "The rest may come from the coordinates of your program. If a smaller step does "
-                "not reduce the error, look for another cause"
+            return (
+                f"The error is nearest to that of {names}. {run}. The remaining difference may "
+                "come from different state variables. If a smaller step does not reduce the error, "
+                "look for another cause"
             )
+        said = f"The error is that of {names}. {run}. "
         rest = "No other error is visible" if self.rest is None else _rest_words(h, self.rest)
         return f"{said}{rest}. Take a smaller step, or a method of higher order"
 
@@ -427,12 +433,12 @@ class LeftOfEquations(Evidence):
 
     def message(self) -> str:
         said = (
-            "The motion in the file does not quite satisfy the equations of motion, mainly "
-            f"{equation_words(self.acts_in)}. Its accelerations are off by "
+            "The motion in the file does not quite satisfy the equations of motion. The largest "
+            f"violation is in {equation_words(self.acts_in)}. The accelerations are off by "
             f"{accelerations_words(self.shares)}. "
         )
         if self.may_be_explicit:
-            return f"{said}An integrator can cause this much; a wrong term would cause more"
+            return f"{said}An integrator can cause this much; most wrong terms cause more"
         if self.above <= _MAX_RATIO_OF_INTEGRATORS:
             return f"{said}Interpolated rows or an implicit integrator can cause this much"
         return f"{said}No known integrator causes this much"

@@ -71,9 +71,7 @@ def shown(report: Report) -> tuple[VisibleFault, ...]:
         n
         for x in found
         if not isinstance(x, FallsOver)
-        for n in (
-            (x.maneuver,) if isinstance(x, ColumnOfAnotherManeuver | Departs) else x.maneuvers
-        )
+        for n in ((x.maneuver,) if isinstance(x, ColumnOfAnotherManeuver) else x.maneuvers)
     }
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 
@@ -188,23 +186,41 @@ def _flat(c: ColumnScore, order: int) -> float:
 
 def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
     """True if every wrong maneuver is right at its start, or in every nth row."""
-    departs = {x.maneuver for x in seen if isinstance(x, Departs)}
+    departs = {n for x in seen if isinstance(x, Departs) for n in x.maneuvers}
     departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
     wrong = {m.maneuver for m, c in report.places if not (c.is_right or c.is_hidden)}
     return bool(departs) and departs >= wrong
 
 
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
-    """Find maneuvers that are right up to some row, and soon after have errors 100 times larger."""
-    for m in maneuvers:
-        whole = whole_columns(m)
-        # If the motion is wrong, only columns with a single definition can be compared.
-        single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
-        found = _departs(m, whole)
-        if found is None and len(single) < len(whole):
-            found = _departs(m, single, tuple(c.key for c in single))
-        if found is not None:
-            yield found
+    """Find maneuvers that are right up to some row, and soon after have errors 100 times larger.
+
+    Maneuvers that depart in the same way are in one piece of evidence, also if their times differ.
+    """
+    each = (x for m in maneuvers if (x := _departure_of(m)) is not None)
+    alike = grouped(
+        ((x.keys, x.t_back, None if x.shift is None else f"{x.shift:.5g}"), x) for x in each
+    )
+    for found in alike.values():
+        yield replace(
+            found[0],
+            maneuvers=tuple(n for x in found for n in x.maneuvers),
+            t_right=tuple(t for x in found for t in x.t_right),
+            times=tuple(t for x in found for t in x.times),
+            before=max(x.before for x in found),
+            after=max(x.after for x in found),
+        )
+
+
+def _departure_of(m: ManeuverScore) -> Departs | None:
+    """Find where a maneuver departs from the exact motion; None if it does not."""
+    whole = whole_columns(m)
+    # If the motion is wrong, only columns with a single definition can be compared.
+    single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
+    found = _departs(m, whole)
+    if found is None and len(single) < len(whole):
+        found = _departs(m, single, tuple(c.key for c in single))
+    return found
 
 
 def _departs(
@@ -231,9 +247,9 @@ def _departs(
     is_back = m.rows - end >= MIN_ROWS_FOR_SHAPE
     ahead, relief = _shift_from(m, columns, row)
     return Departs(
-        m.maneuver,
-        float(time[last]),
-        float(time[row]),
+        (m.maneuver,),
+        (float(time[last]),),
+        (float(time[row]),),
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,

@@ -1,6 +1,6 @@
 """Evidence about the meaning of columns: definitions, signs, units and zeros."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor
 from typing import Any
@@ -19,11 +19,6 @@ from heyoka_bike.scoring.evidence.words import (
 )
 from heyoka_bike.scoring.findings import Severity, named
 
-DEFAULT_CONVENTIONS = (
-    "Conventions: SI units, roll and steer positive to the right, potential energy zero on the "
-    "floor"
-)
-
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
     "roll": ("roll_angle", "roll_rate"),
     "steer": ("steer_angle", "steer_rate"),
@@ -31,6 +26,18 @@ _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
 }
 
 _TURNED = {"forward_speed": "the speed is positive backward", "pitch": "nose down is positive"}
+
+
+def default_conventions(keys: Collection[str]) -> str:
+    """State the default conventions of the columns with these keys."""
+    said = ["Conventions: SI units"]
+    if sides := [
+        side for side, of_side in _COLUMNS_OF_SIDE.items() if not {*of_side}.isdisjoint(keys)
+    ]:
+        said.append(f"{_listed(sides)} positive to the right")
+    if not {"potential_energy", "mechanical_energy"}.isdisjoint(keys):
+        said.append("potential energy zero on the floor")
+    return ", ".join(said)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +128,8 @@ class Conventions(Evidence):
         Columns with other definitions than the default.
     are_signs_contradicted
         True if the signs of further columns contradict each other.
+    has_others
+        True if the file has several columns.
     """
 
     turned: tuple[str, ...]
@@ -128,6 +137,7 @@ class Conventions(Evidence):
     offsets: Mapping[str, float]
     definitions: tuple[TakenDefinition, ...]
     are_signs_contradicted: bool
+    has_others: bool = True
 
     code = "conventions"
 
@@ -138,11 +148,11 @@ class Conventions(Evidence):
             *_zeros(self.offsets),
             *(f"{d.key} is {d.definition}{_in_brackets(taken_words(d))}" for d in self.definitions),
         ]
-        others = ", except the signs in the warning," if self.are_signs_contradicted else ""
+        but = ", except the signs in the warning," if self.are_signs_contradicted else ""
+        others = f"Everything else{but} follows the default conventions. "
         return (
             f"The file uses its own conventions, which are not errors: {'; '.join(said)}. "
-            f"Everything else{others} follows the default conventions. All errors are computed "
-            "with these conventions"
+            f"{others if self.has_others else ''}All errors are computed with these conventions"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -364,16 +374,22 @@ class DefinitionUnknown(Evidence):
         }
 
 
+def _listed(names: Sequence[str]) -> str:
+    """Format a list: ``roll``, ``roll and steer``, ``roll, steer and yaw``."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def _senses(turned: Sequence[str]) -> Iterable[str]:
     """State the positive direction of the columns with the opposite sign."""
     left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
     if left:
-        yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
+        yield f"{_listed(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
         have = "has" if len(others) == 1 else "have"
-        yield f"{named(others, KEYS_NAMED)} {have} the opposite sign, as in other axes"
+        yield f"{named(others, KEYS_NAMED)} {have} the opposite sign, as with flipped axes"
 
 
 def in_units(units: Mapping[str, str]) -> Iterable[str]:

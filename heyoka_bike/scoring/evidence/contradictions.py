@@ -263,13 +263,13 @@ class SinglePrecision(Evidence):
             return (
                 f"{'All' if self.are_all else 'Most'} values are single-precision numbers, which "
                 "have seven digits. Relative errors near 1e-7, and larger errors that grow out of "
-                "them, come from the arithmetic, not from the model. Compute and store in double "
-                "precision"
+                "them, come from single precision, in the computation or in the output. Compute "
+                "and store in double precision"
             )
         return (
             "The values jump from row to row by about 1e-7 of their size, as if computed from "
-            "single-precision numbers. This comes from the arithmetic, not from the model. Compute "
-            "in double precision throughout"
+            "single-precision numbers. This comes from single precision, in the computation or in "
+            "the output. Compute and store in double precision throughout"
         )
 
     def numbers(self) -> Mapping[str, Any]:

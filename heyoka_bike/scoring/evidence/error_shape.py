@@ -76,9 +76,9 @@ class ErrorOfRounding(Evidence):
     def message(self) -> str:
         return (
             f"The error is at most {self.max_rel_error:.1g} of a column's largest value, as small "
-            "as rounding of binary64 arithmetic during a run. If a smaller tolerance or step does "
-            "not reduce it, it comes from the arithmetic, not from the model. To compare two runs, "
-            f"use {_BOTH_TOLERANCES}"
+            "as the accumulated rounding of binary64 arithmetic. If a smaller step or tolerance "
+            f"does not reduce it, it is rounding. To compare the files A and B of two runs: "
+            f"{_BOTH_TOLERANCES}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -317,11 +317,11 @@ class EnergyVaries(Evidence):
         each = ", ".join(
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
         )
-        changes = "change" if len(self.largest) == 1 else "changes"
+        changes, them = ("change", "it") if len(self.largest) == 1 else ("changes", "them")
         return (
-            f"The mechanical energy is not constant. Its largest {changes}: {each}. If a smaller "
-            "step reduces the change, the integrator causes it. Otherwise a force does work, or "
-            "stores energy that is missing from the mechanical energy in the file"
+            f"The mechanical energy is not constant. Largest {changes} since the first row: "
+            f"{each}. If a smaller step does not reduce {them}, a force does work, or the energy "
+            "is incomplete or computed wrongly"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -385,8 +385,8 @@ class EnergyKept(Evidence):
         to = f" to within {short_number(self.left)} J" if self.left else ""
         return (
             f"The mechanical energy is constant{to}, although the potential and the kinetic energy "
-            f"are off by up to {short_number(most)} J. So the cause is not a damper, drag, "
-            "friction or a drive, which would change the mechanical energy"
+            f"are off by up to {short_number(most)} J. This makes a damper, drag, friction or a "
+            "drive unlikely, because these change the mechanical energy"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -1,7 +1,7 @@
 """Evidence of faults in the output of a motion: wrong times, rows or columns, or clipped values."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
@@ -371,17 +371,25 @@ class OtherColumn(Evidence):
         Key of the column to which its values belong.
     of_maneuver
         Maneuver of those values; None if it is the same maneuver.
+    is_exchanged
+        True if the other column contains the exact values of this one, too.
     """
 
     key: str
     maneuvers: tuple[int, ...]
     other: str
     of_maneuver: int | None = None
+    is_exchanged: bool = False
 
     code = "other_column"
     severity = Severity.WARNING
 
     def message(self) -> str:
+        if self.is_exchanged:
+            return (
+                f"{self.key} and {self.other} of {maneuvers(self.maneuvers)} are exchanged. Check "
+                "the order in which columns are written there"
+            )
         of = f" of maneuver {self.of_maneuver}" if self.of_maneuver is not None else ""
         return (
             f"{self.key} of {maneuvers(self.maneuvers)} contains the values of {self.other}{of}. "
@@ -390,7 +398,21 @@ class OtherColumn(Evidence):
 
     def numbers(self) -> Mapping[str, Any]:
         where = {"column": self.key, "maneuvers": list(self.maneuvers)}
-        return {**where, "other": self.other, "of_maneuver": self.of_maneuver}
+        of = {"other": self.other, "of_maneuver": self.of_maneuver}
+        return {**where, **of, "is_exchanged": self.is_exchanged}
+
+
+def pairs_exchanged(seen: Iterable[Evidence]) -> tuple[Evidence, ...]:
+    """Replace two columns that contain the values of each other with one piece of evidence."""
+    found: list[Evidence] = []
+    for x in seen:
+        if isinstance(x, OtherColumn) and x.of_maneuver is None:
+            back = OtherColumn(x.other, x.maneuvers, x.key)
+            if back in found:
+                found[found.index(back)] = replace(back, is_exchanged=True)
+                continue
+        found.append(x)
+    return tuple(found)
 
 
 def _in_words(key: str) -> str:
@@ -802,11 +824,11 @@ class Departs(Evidence):
 
     Attributes
     ----------
-    maneuver
-    t_right, time
-        Times of the last right row, and of the first row that is far off [s].
+    maneuvers : tuple of int
+    t_right, times : tuple of float
+        By maneuver: times of the last right row, and of the first row that is far off [s].
     before, after
-        Largest error until `t_right`, and the error at `time`, relative to the scales.
+        Largest error until `t_right`, and the largest error at `times`, relative to the scales.
     t_back
         Time of the last row that is off, if later rows are right again [s]; otherwise None.
     shift
@@ -816,9 +838,9 @@ class Departs(Evidence):
         The columns with only one definition, if only these show it; otherwise empty.
     """
 
-    maneuver: int
-    t_right: float
-    time: float
+    maneuvers: tuple[int, ...]
+    t_right: tuple[float, ...]
+    times: tuple[float, ...]
     before: float
     after: float
     t_back: float | None = None
@@ -842,14 +864,17 @@ class Departs(Evidence):
             )
         else:
             what = (
-                ". Look at what happens there: a mistake in the model or the initial conditions "
-                "would show from the first rows on"
+                ". A mistake that acts from the start would show earlier: look for a force, "
+                "contact or event that begins then"
             )
         by = f" ({named(self.keys)})" if self.keys else ""
+        is_one_time = len({*self.t_right}) == len({*self.times}) == 1
+        until = ", ".join(f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right))
+        when = f"at {self.times[0]:.6g} s" if is_one_time else "soon after"
+        are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
         return (
-            f"Maneuver {self.maneuver}{by} is right until {self.t_right:.6g} s: the error is at "
-            f"most {self.before:.1g} of a column's largest value. At {self.time:.6g} s it is "
-            f"{self.after:.2g}{what}"
+            f"{maneuvers(self.maneuvers).capitalize()}{by} {are} right until {until} s, but off by "
+            f"{up_to}{self.after:.2g} of a column's largest value {when}{what}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -859,7 +884,9 @@ class Departs(Evidence):
             "shift": self.shift,
             "columns": list(self.keys),
         }
-        return {"maneuver": self.maneuver, "time": self.time, **numbers}
+        first = {"maneuver": self.maneuvers[0], "time": self.times[0]}
+        times = {str(n): t for n, t in zip(self.maneuvers, self.times, strict=True)}
+        return {**first, "maneuvers": list(self.maneuvers), "times": times, **numbers}
 
 
 @dataclass(frozen=True, slots=True)

@@ -194,7 +194,7 @@ class OrderNotSettled(Evidence):
 class Staying(Enum):
     """Kinds of errors that do not fall with the step or the tolerance."""
 
-    ROUNDING = "it is as small as rounding of binary64"
+    ROUNDING = "it is as small as the accumulated rounding of binary64"
     NOISE = "it is a different curve in each run"
     SAME_CURVE = "it is the same curve in both runs"
 
@@ -225,7 +225,7 @@ class ErrorStays(Evidence):
         if self.how == Staying.ROUNDING:
             said = (
                 f"{places}: the error, at most {size} of the largest value, does not fall with the "
-                f"{self.by}. At this size it is rounding of binary64 arithmetic, not the model. "
+                f"{self.by}. At this size it is the accumulated rounding of binary64 arithmetic. "
                 "Only a longer number format makes it smaller"
             )
             return info("limited_by_rounding", said, **numbers)

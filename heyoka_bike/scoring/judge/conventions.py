@@ -35,7 +35,8 @@ def conventions(report: Report) -> Iterator[Conventions]:
     zeros = {k: x.offset for k, x in taken.items() if x.offset}
     meant = tuple(_taken(k, [c]) for k, c in columns.items() if _is_another(c))
     if turned or units or zeros or meant:
-        yield Conventions(tuple(turned), units, zeros, meant, bool(contradicted))
+        has_others = len(columns) > 1
+        yield Conventions(tuple(turned), units, zeros, meant, bool(contradicted), has_others)
 
 
 def each_convention(report: Report) -> Iterator[Convention]:

@@ -40,6 +40,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     SmoothedColumns,
     StepAverage,
     UnsignedColumn,
+    pairs_exchanged,
 )
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -147,7 +148,7 @@ def deviating_columns(report: Report) -> Undone | None:
                 values[key] = _corrected(m, m[key], deviation)
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
-    return Undone(tuple(_evidence(report, found)), tuple(parts), frozenset(found))
+    return Undone(pairs_exchanged(_evidence(report, found)), tuple(parts), frozenset(found))
 
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
@@ -298,7 +299,7 @@ def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
 
 
 def _ratio_for_a_time(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """Describe a column as right, but with a factor or an offset from some row on, or until one."""
+    """Describe a column as right, but with a factor or an offset within one time interval."""
     time, error = c.trace.time, np.abs(c.trace.error)
     # The error before and after this time may be that of an integrator.
     least = max(c.hidden, float(np.max(error)) / BY_FAR**2)

@@ -17,6 +17,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     OtherColumn,
     RateOfDifferences,
     RateOfOtherRow,
+    pairs_exchanged,
 )
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -51,7 +52,7 @@ def exchanged(report: Report) -> Undone | None:
         return None
     seen = (OtherColumn(key, tuple(each), other) for (key, other), each in numbers.items())
     parts = (Exchanged(meant[m.maneuver]).undo(m.part) for m in report.maneuvers)
-    return Undone(tuple(seen), tuple(parts))
+    return Undone(pairs_exchanged(seen), tuple(parts))
 
 
 def _exchanged(m: ManeuverScore) -> dict[str, str]:

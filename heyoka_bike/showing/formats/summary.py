@@ -13,12 +13,12 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DERIVATIVES
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence.as_compared import ConstantColumns
 from heyoka_bike.scoring.evidence.column_meaning import (
-    DEFAULT_CONVENTIONS,
     Conventions,
     DefinitionUnknown,
     SensesOpposed,
     SignContradiction,
     WholeTurns,
+    default_conventions,
 )
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.evidence.words import counted
@@ -78,12 +78,11 @@ def closing(
 ) -> str:
     """Return the lines after a report without details: the next step, and the files written."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
-    names = ", ".join(map(printable, written))
     pages = "" if written else "; -o report.html writes a report with charts"
     more = f"options: --details adds the errors of each maneuver{pages}"
+    blocks = [Paragraph(f"next: {step}"), Paragraph(more, "facts")]
     if written:
-        more = f"{more}; written: {names}"
-    blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
+        blocks.append(Paragraph(f"written: {', '.join(map(printable, written))}", "facts"))
     return "\n" + text.render(blocks, width, has_colors)
 
 
@@ -107,7 +106,8 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     own = [x for x in report.seen if isinstance(x, Conventions)]
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
     is_usual &= not any(f.code == "units_beside" for f in report.diagnosis)
-    paragraphs = [verdict_text.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
+    usual = [default_conventions(report.by_column())] if is_usual else []
+    paragraphs = [verdict_text.verdict(report), *usual]
     paragraphs += [f.message for f in findings([*own, *beside])]
     head = "\n\n".join(map(_filled, paragraphs)) + "\n"
     causes = [f for f in report.diagnosis if f.message not in paragraphs]
@@ -235,9 +235,9 @@ def _next(report: Report, in_python: bool) -> str:
     least = [f"scd >= {min(digits, _MOST_REQUIRED)}",
              f"coverage >= {math.floor(1000 * covered) / 1000:g}"]  # fmt: skip
     if in_python:
-        return f"to test this automatically, add require={json.dumps(least)}"
+        return f"to test this, add to this call: require={json.dumps(least)}"
     options = " ".join(f"--require {shlex.quote(x)}" for x in least)
-    return f"to test this automatically, add {options}"
+    return f"to test this, add to this command: {options}"
 
 
 def _may_be_the_step(report: Report) -> bool:

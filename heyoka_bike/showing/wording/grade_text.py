@@ -19,10 +19,10 @@ ASCII_SIGNS = {Grade.RIGHT: "+", Grade.UNTOLD: "?", Grade.CLOSE: "o", Grade.WRON
 
 MEANINGS = {
     Grade.RIGHT: f"right: {RIGHT_DIGITS:g} correct digits or more",
-    Grade.UNTOLD: "undecided because of rounding: the values show no more digits",
+    Grade.UNTOLD: "undecided because of rounding: the file has too few digits to decide",
     Grade.CLOSE: f"close: {CLOSE_DIGITS:g} to {RIGHT_DIGITS:g} digits",
-    Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, off by more than a thousandth of the "
-    "column's largest value",
+    Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, that is, off by more than a "
+    "thousandth of the column's largest value",
 }
 
 

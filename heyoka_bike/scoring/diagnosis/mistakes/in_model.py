@@ -67,7 +67,10 @@ def _trail_by_cosine(power: int) -> Callable[[Parameters], None]:
 
 
 def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
-    """Return a change to thin wheels: `spin` m r^2 about the axle, half of it about a diameter."""
+    """Return a change to axisymmetric thin wheels.
+
+    Their axial inertia is `spin` m r^2, their diametral inertia half of it.
+    """
 
     def change(p: Parameters) -> None:
         for b in "RF":
@@ -84,7 +87,7 @@ def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
     )
 
 
-_SAME_AXES = "the benchmark gives the matrix elements of all bodies"
+_SAME_AXES = "the benchmark lists matrix elements, not products of inertia"
 _ABOUT = "the point about which your program takes inertias"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
 _WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"

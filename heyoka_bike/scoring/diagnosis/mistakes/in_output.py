@@ -116,7 +116,9 @@ _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "f
 DEGREE = 5
 
 _MOMENT = "when a row is written: before or after the step"
-_SUMMED = "that the sum contains the potential, translational and rotational energy of every body"
+_SUMMED = (
+    "that the energy sum contains the potential, translational and rotational energy of every body"
+)
 
 
 _FEWEST_ROWS = 3
