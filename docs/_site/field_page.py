@@ -306,7 +306,8 @@ def _claimed(found):
     if found.between > found.most:
         return said + (
             f"The largest of these errors is {found.between:.2g} %, in a run that interpolates its "
-            f"rows between its steps. Without such runs, the largest error is {found.most:.2g} %."
+            "rows between its steps. Among all other runs, the largest error is "
+            f"{found.most:.2g} %."
         )
     return said + f"The largest of these errors is {found.most:.2g} %."
 
@@ -327,9 +328,10 @@ def readme_claim(programs):
 
 def _range(found):
     return (
-        f"In {len(found.alike)} of {found.runs} runs, the largest eq. (1) of the three maneuvers "
-        "is between 1e-5 and 1e-4 %, at least ten times below the limit. Yet these runs have only "
-        f"{one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} correct digits."
+        f"In {len(found.alike)} of {found.runs} runs, the largest value of eq. (1) in the three "
+        "maneuvers is between 1e-5 and 1e-4 %, below the limit by a factor of at least ten. Yet "
+        f"these runs have only {one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} "
+        "correct digits."
     )
 
 

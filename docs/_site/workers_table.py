@@ -68,8 +68,8 @@ def main():
     where = f"{here['cpu']}, {here['cores']} processors, {here['system']}"
     lines += [
         "",
-        f"{where}; the start of Python, heyoka's compilation and the writing of files included, "
-        "all bytes the same.",
+        f"{where}. Times include the start of Python, heyoka's compilation and the writing of "
+        "files; all outputs were identical.",
     ]
     print("\n".join(lines))
     PAGE.write_text(filled(PAGE.read_text(), {"workers": "\n".join(lines)}))
