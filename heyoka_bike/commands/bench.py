@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _figure_format(output: str | None) -> str | None:
-    """Return the format of a figure, the suffix of its file; None if the output is not a figure."""
+    """Return the format of a figure, from the suffix of its file; None if it is not a figure."""
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
 

@@ -72,10 +72,10 @@ _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-# Maximum number of spans of one piece that wait to be halved. A zero where the function touches
-# zero without crossing it takes two spans for each bit. Only a function that is zero throughout,
+# Maximum number of spans of one piece that are examined. Around a zero where the function touches
+# zero without crossing it, each bisection adds two spans. Only a function that is zero throughout,
 # and whose rate cannot be shown to be zero, reaches the limit.
-_MOST_HALVINGS_WAITING = 4096
+_MOST_SPANS = 4096
 # Number of interpolation nodes in a piece. A step of heyoka ends well inside the circle of
 # convergence of its series, so each coefficient of the interpolation is smaller than the previous
 # one by more than a factor of ten.
@@ -422,7 +422,7 @@ class _FunctionAlongRun:
             elif (
                 self._is_undecidable(piece, low, high, rate)
                 or high - low < smallest
-                or count > _MOST_HALVINGS_WAITING
+                or count > _MOST_SPANS
             ):
                 yield _Span(low, high, 0)
             else:

@@ -79,8 +79,8 @@ class Exact:
             raise ValueError(f"found {quoted(text)}, {e}") from None
         if not value.is_moderate:
             raise ValueError(
-                f"found {quoted(text)}, expected zero or a magnitude between 1e-300 and 1e300, "
-                "a fraction of at most 640 digits"
+                f"found {quoted(text)}, expected zero or a magnitude between 1e-300 and 1e300; "
+                "fractions: at most 640 digits"
             )
         return value
 

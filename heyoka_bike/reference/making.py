@@ -269,7 +269,7 @@ def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: OnSta
         )  # fmt: skip
     except SingularMotionError as e:
         raise SingularMotionError(
-            f"{maneuver.name}: {e}, before its duration of {float(maneuver.duration):g} s; nothing "
+            f"{maneuver.name}: {e}, before the end of its {float(maneuver.duration):g} s; nothing "
             "was written; choose a shorter duration",
             e.time,
         ) from None

@@ -412,7 +412,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     Raises
     ------
     NothingScoredError
-        The rows are far from every maneuver.
+        The rows are unlike every maneuver.
     """
     parts = _parts_of_every_maneuver(rows, reference)
     # A maneuver is considered only if most rows lie within its run.
@@ -433,7 +433,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
     apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
     raise NothingScoredError(
-        f"{results.path}: found columns far from every maneuver (relative to the largest values, "
+        f"{results.path}: found columns unlike every maneuver (relative to the largest values, "
         "they typically differ by "
         + ", ".join(f"{x:.2g} from maneuver {n}" for n, x in sorted(apart.items()))
         + "), expected the columns of one maneuver; to choose it, use "

@@ -284,7 +284,7 @@ ROBOT = '<robot name="a">\n  {}\n</robot>'
         (PLAIN + "something else\n", ":2:1: found 'something else', expected a line such as"),
         ("<robot", ":1:1: found XML that is not well-formed"),
         ("<world/>", ":1:1: found <world>, expected <robot> (URDF), <sdf> or <mujoco> (MJCF)"),
-        ("<sdf/>", ":1:1: found no model, expected one <model> with joints that is not static"),
+        ("<sdf/>", ":1:1: found no model, expected exactly one non-static <model> with joints"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><robot/>', "found a document type declaration"),
         ("<a>" * 300, "found elements nested more than 200 deep"),
         ("<robot/>", ":1:1: found links that do not form a single tree"),

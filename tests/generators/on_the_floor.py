@@ -22,7 +22,7 @@ motion, and 1e-85 from rounding at 120 digits."""
 
 
 def model(digits=DIGITS, **changes):
-    """Return constants of the benchmark bicycle, some parameters changed, and arithmetic."""
+    """Return the constants of the benchmark bicycle with `changes`, and the arithmetic used."""
     a = Multiprecision(digits)
     return constants(read_bicycle(benchmark_bicycle()).replace(**changes), a), a
 

@@ -31,7 +31,7 @@ GRID = 120
 
 
 def made(bicycle, maneuver, roots, breaks=(0, 1, 2), shift=0):
-    """Return a trajectory whose roll is the product of t - root, plus a shift.
+    """Return a trajectory whose roll is the product of (t - root) over the roots, plus a shift.
 
     The roll rate is the derivative of the roll, and all else is zero. So the trajectory satisfies
     the first equation of motion, which suffices for events of the roll angle.

@@ -250,4 +250,7 @@ def test_an_older_set_is_certified_by_its_own_version(kind, capsys):
     """The proof of the derivatives depends on all columns together."""
     assert main(["certify", str(kind("1.3.0"))]) == 3
     (line,) = capsys.readouterr().err.splitlines()
-    assert "certificate.json: its 'statement' is not what is proved; to certify an older" in line
+    assert (
+        "certificate.json: its 'statement' differs from the proved value; to certify an older"
+        in line
+    )

@@ -1,4 +1,4 @@
-"""The proof of the derivatives by the unknowns succeeds, and fails if a step of it is wrong."""
+"""The proof of the sensitivities succeeds, and fails if a step of it is wrong."""
 
 import pickle
 from dataclasses import replace

@@ -158,7 +158,7 @@ def test_a_set_without_them_is_what_it_was(small_set, tmp_path):
     (copy / "certificate.json").write_text(json.dumps(document, indent=2) + "\n")
     accept(copy)
     assert {c.file for c in verify(copy).checks if c.passed is False} == {"certificate.json"}
-    with pytest.raises(NotCertifiedError, match="its 'proved' is not what is proved"):
+    with pytest.raises(NotCertifiedError, match="its 'proved' differs from the proved value"):
         certify(copy)
 
 

@@ -31,14 +31,27 @@ def tensor(xx, yy, zz, xy, xz, yz):
 
 @dataclass
 class Model:
-    """Origins of the links at zero angles, masses, centres from the origins, tensors; hinges."""
+    """A model read from a file. Its mappings are by link.
+
+    Attributes
+    ----------
+    places
+        Origins at zero angles.
+    masses, radii
+    centres
+        Centres of mass, from the origins.
+    tensors
+        Inertia tensors about the centres of mass.
+    hinges
+        For each child link: name of the hinge, parent link, axis.
+    """
 
     places: dict
     masses: dict
     centres: dict
     tensors: dict
     radii: dict
-    hinges: dict  # for each child link: name of the hinge, parent link, axis
+    hinges: dict
 
     def bodies(self, place, axes, angles):
         """Return origin, axes, and velocities per velocity of the model, (6, 9), by link."""

@@ -71,7 +71,7 @@ def rows(reference):
 
 
 def outcomes(opened, page, steps):
-    """Return the page after each step of a script in one window, and its complaints."""
+    """Return the page after each step of a script in one window, and the script's errors."""
     # The test's script is not a script of the page, so the page's content security policy is
     # relaxed.
     allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'"

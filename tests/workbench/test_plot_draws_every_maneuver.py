@@ -143,7 +143,7 @@ def test_another_format_is_refused_by_the_parser(capsys):
         (["--figure", "phase", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (
             ["--figure", "stability", "--maneuver", "2"],
-            "--maneuver: found 2, expected none: 'stability' shows no motion",
+            "--maneuver does not apply: 'stability' shows no motion",
         ),
         (["--maneuver", "1", "-o", "x.png", "--format", "svg"], "--format can be used only with a"),
         (["-o", "file"], "file/maneuver_1.png: cannot be written: File exists"),

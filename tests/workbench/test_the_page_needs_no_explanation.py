@@ -177,7 +177,7 @@ def test_a_guessed_maneuver_is_called_a_guess_and_can_be_chosen(judged, referenc
 def test_a_maneuver_that_is_not_recognised_can_be_chosen(judged):
     text = "\n".join(" ".join([f"{i / 50}", *[f"{1e3 * np.cos(i):.3f}"] * 8]) for i in range(50))
     shown = judged("none.txt", text, 'document.getElementById("problem").textContent !== ""')
-    assert "far from every maneuver" in shown.inner_text("#problem")
+    assert "unlike every maneuver" in shown.inner_text("#problem")
     assert shown.input_value("#maneuver") == ""
     shown.select_option("#maneuver", "3")
     assert "maneuver 3, as chosen" in shown.inner_text("#facts")

@@ -81,7 +81,7 @@ def _model(root: Element, world: Element | None) -> Element:
     if len(candidates) != 1:
         names = ", ".join(x.attributes.get("name", "") for x in candidates)
         said = f"{len(candidates)} models with joints ({names:.80})" if candidates else "no model"
-        raise root.error(f"found {said}, expected one <model> with joints that is not static")
+        raise root.error(f"found {said}, expected exactly one non-static <model> with joints")
     return candidates[0]
 
 

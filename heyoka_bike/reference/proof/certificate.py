@@ -272,7 +272,9 @@ def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
     said = json.loads(raw)
     statement = statement_of(is_decided=all(proof.is_decided for proof in proofs))
     if said["statement"] not in (statement, STATEMENT_1_5_0):
-        raise NotCertifiedError(f"{layout.CERTIFICATE}: its 'statement' is not what is proved")
+        raise NotCertifiedError(
+            f"{layout.CERTIFICATE}: its 'statement' differs from the proved value"
+        )
     for published, proof in zip(said["maneuvers"], proofs, strict=True):
         found = entry(proof)
         if said["statement"] == STATEMENT_1_5_0:

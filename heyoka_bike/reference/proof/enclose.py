@@ -174,7 +174,7 @@ class Carried:
             self.push = _entrywise(self.push, onward * there)
 
     def bounds(self, forces: BallVector) -> tuple[BallVector, BallVector]:
-        """Bound abs(e) over the piece, and the part of e at its end that the forces cause.
+        """Bound abs(e) over the piece, and the part of e due to `forces` at its end.
 
         Replacing Y^-1 with V, and the defect D of Y, each add a bound in norm.
         """

@@ -427,7 +427,7 @@ class _Rounding:
 
 
 def _grid(rows: Sequence[Sequence[flint.arb]]) -> int:
-    """Return the number of binary places to which coefficients are rounded, one for the run."""
+    """Return the binary places to which coefficients are rounded, the same for the whole run."""
     size = largest(abs(x.mid()) for row in rows for x in row)
     unknown = largest(x.rad() for row in rows for x in row)
     exponents = [

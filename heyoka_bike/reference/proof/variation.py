@@ -63,7 +63,7 @@ COUNT = len(PARAMETERS) + len(START)
 
 @dataclass(frozen=True)
 class Varied:
-    """Constants and initial state of a motion as dual numbers, with derivatives by the unknowns.
+    """Constants and initial state of a motion, with derivatives with respect to the unknowns.
 
     Attributes
     ----------

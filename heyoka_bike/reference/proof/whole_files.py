@@ -161,7 +161,7 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     for key in ("statement", "proved", "computed", "trusted"):
         if found.get(key) != expected[key]:
             older = "; to certify an older dataset, use the version that made it"
-            raise NotCertifiedError(f"{name}: its {key!r} is not what is proved{older}")
+            raise NotCertifiedError(f"{name}: its {key!r} differs from the proved value{older}")
     if len(found["maneuvers"]) != count:
         raise NotCertifiedError(
             f"{name}: found {len(found['maneuvers'])} maneuvers, expected {count}"

@@ -20,7 +20,7 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if the error that remains with a cause can be the error of an integrator."""
+    """True if an integrator may cause the error that remains with a cause."""
     # A simulated integration method needs no stronger evidence, because it has no fitted value: the
     # distance of the rows determines its step.
     is_mistake = any(

@@ -65,7 +65,7 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
 def written_column(
     values: Array, lo: Array | None, written: Iterable[str], is_time: bool
 ) -> ReadColumn:
-    """Return a column of decimals, with the resolution that some of its written numbers show."""
+    """Return a column of decimals, with the resolution inferred from its written numbers."""
     finite = [x for x in written if isfinite(float(x))]
     digits = max((len(significant(x)) for x in finite), default=0)
     places = {places_of(x) for x in finite} or {-1}

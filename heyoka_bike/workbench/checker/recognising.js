@@ -15,7 +15,7 @@ function recognised(file) {
   const [maneuver, ...others] = [...near.keys()].sort((a, b) => far.get(a) - far.get(b));
   if (apart(maneuver) >= RULES.farthest) {
     const distances = [...near.keys()].map((n) => `${apart(n).toPrecision(2)} from maneuver ${n}`).join(", ");
-    throw new NoManeuver(`${file.name}: found columns far from every maneuver (they typically differ by ${distances}, relative to the largest values), expected those of one: choose the maneuver below`);
+    throw new NoManeuver(`${file.name}: found columns unlike every maneuver (they typically differ by ${distances}, relative to the largest values), expected those of one: choose the maneuver below`);
   }
   return { maneuver, rivals: others.filter((n) => !isExcluded(near.get(maneuver), near.get(n), maneuver, n)) };
 }

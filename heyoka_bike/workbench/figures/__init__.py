@@ -99,9 +99,7 @@ def plates(
         raise InputError(f"{dashes}maneuver: found {maneuver}, expected 1 to {len(reference)}")
     kinds = list(FIGURES.values()) if name == ALL else [FIGURES[name]]
     if maneuver is not None and all(kind.shows == "none" for kind in kinds):
-        raise InputError(
-            f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
-        )
+        raise InputError(f"{dashes}maneuver does not apply: '{name}' shows no motion")
     every = tuple(reference) if maneuver is None else (maneuver,)
     found: Plates = {}
     for kind in kinds:

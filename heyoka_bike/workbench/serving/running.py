@@ -70,7 +70,7 @@ class StrictParser(h11.Connection):
         if self.their_state is h11.IDLE:
             head = self.trailing_data[0].partition(b"\r\n\r\n")[0]
             if _BARE.search(head):
-                raise h11.RemoteProtocolError("a line feed alone")
+                raise h11.RemoteProtocolError("a line feed without carriage return")
         event = super().next_event()
         if isinstance(event, h11.Request):
             names = {name for name, _ in event.headers}

@@ -407,7 +407,7 @@ def _solved(matrix: Array, right: Array) -> Array:
 def _rates(
     equations: Equations, amounts: Mapping[str, Array], states: Array
 ) -> tuple[Array, Array]:
-    """Return rates of states, shape (points, 7, motions), and their derivatives by the states."""
+    """Return rates of states, shape (points, 7, motions), and their Jacobian matrices."""
     # The derivatives with respect to the yaw are needed only for forces in ground axes, and for
     # inertia that keeps its initial direction.
     shifts = SMALL_STEP * np.concatenate(

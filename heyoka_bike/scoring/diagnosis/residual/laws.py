@@ -16,8 +16,8 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 
 # Ratio of neighbouring values of the variable at which a law is fitted, and number of these values.
-# The smallest value is a small fraction of the largest, because regularised friction changes within
-# a small part of its range.
+# The smallest value is a small fraction of the largest, because regularised friction varies mostly
+# near zero.
 _RATIO, _PLACES = 2**0.5, 20
 # Number of successive averages in a stretch of a run. A law is fitted to every other stretch and
 # tested with the rest. It has two averages, because each shares half of its rows with the next one.

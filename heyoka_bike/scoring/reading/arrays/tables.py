@@ -153,7 +153,7 @@ def _with_known_beside(
     used: Sequence[str | None] = (),
     reason: Reason = Reason.BESIDE_A_TABLE,
 ) -> list[ReadTable]:
-    """Add evidence of unused arrays with known names in the same group to the first table."""
+    """Add to the first table: evidence of unused arrays with known names in the same group."""
     # A single number is a parameter, not a column.
     rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
     known = [name for name in rows if _is_known_column(name)]
@@ -163,7 +163,7 @@ def _with_known_beside(
 
 
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
-    """Add evidence of similar columns in neighbouring arrays to the first table of maneuvers.
+    """Add to the first table of maneuvers: evidence of similar columns in other arrays.
 
     ``maneuver_2_old/roll_angle``, or a table of the same size, may contain the actual results of
     the program.
