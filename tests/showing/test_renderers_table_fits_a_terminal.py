@@ -96,7 +96,7 @@ def test_the_verdict_by_true_error_comes_first():
     )
     assert "1 of 3 requirements FAILED" in text
     assert "The file FAILS with 1.6 % (limit" in " ".join(text.split())
-    assert "close, but compared only in part; the worst" in " ".join(text_of("half").split())
+    assert "close, compared only in part; the worst" in " ".join(text_of("half").split())
     assert "covers 50 % of each maneuver" in " ".join(text_of("half").split())
     assert "right; no column has an error" in text_of("perfect")
     assert "nothing could be compared" in text_of("nothing")

@@ -153,7 +153,7 @@ def test_a_part_is_not_called_right(library, reference):
     for part in (table[:-20], table[20:], np.delete(table, range(30, 70), axis=0)):
         grade, _, line = check_table(library, part)
         assert grade == Grade.CLOSE
-        assert line.startswith("right, but compared only in part; the worst")
+        assert line.startswith("right, compared only in part; the worst")
     table[5, 3] = np.nan
     assert check_table(library, table)[0] == Grade.CLOSE
 
@@ -326,11 +326,11 @@ def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
     assert said.pop("exact").startswith("1 1 right; the worst column has 14.0")
     assert (said.pop("enough"), said.pop("half")) == ("7 1.000", "8 0.500")
     assert (
-        "right, but compared only in part (7 of 8 columns); the worst column"
+        "right, compared only in part (7 of 8 columns); the worst column"
         in said["a column less"]
     )
-    assert "right, but compared only in part; the worst column has 14.0" in said["half a column"]
-    assert "but compared only in part (1 of 8 columns in maneuver 1)" in said["another maneuver"]
+    assert "right, compared only in part; the worst column has 14.0" in said["half a column"]
+    assert "compared only in part (1 of 8 columns in maneuver 1)" in said["another maneuver"]
     assert {key: line.split(maxsplit=2)[:2] for key, line in said.items() if key != "signs"} == {
         key: ["0", "0"] for key in said if key not in ("signs", "a late row")
     } | {"a late row": ["1", "0"]}

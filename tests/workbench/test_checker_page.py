@@ -172,7 +172,7 @@ def test_texts_of_many_kinds(judged, reference):
     one = table(reference, (2,))
     degrees = one[:, [0, 7, 1]] * np.array([1, -180 / np.pi, -180 / np.pi])
     heading = "time,maneuver_2_steer_angle,m2_roll_angle [deg]"
-    two = "right, but compared only in part (2 of 8 columns); the worst column has 1"
+    two = "right, compared only in part (2 of 8 columns); the worst column has 1"
     constant = one.copy()
     constant[:, 6] = np.round(one[0, 6], 1)  # five digits, while the other columns have 17
     cases = {
@@ -189,7 +189,7 @@ def test_texts_of_many_kinds(judged, reference):
         ),
         "counted": (as_text(rows, " ", " ".join(map(str, range(1, 26)))), "right; the worst", 24),
         "part": (
-            as_text(rows[:80]), "right, but compared only in part; the worst column has 1", 24
+            as_text(rows[:80]), "right, compared only in part; the worst column has 1", 24
         ),
         "constant": (as_text(constant), "close; the worst column has 4.", 8),
     }  # fmt: skip
@@ -309,12 +309,12 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
     worst = "the worst column has 14.0 correct digits (roll_angle in maneuver 1)"
     for cells, whole, verdict in [
         (every, True, f"right; {worst}"),
-        (every, False, f"right, but compared only in part; {worst}"),
-        (every[:5], True, f"right, but compared only in part (5 of 8 columns); {worst}"),
+        (every, False, f"right, compared only in part; {worst}"),
+        (every[:5], True, f"right, compared only in part (5 of 8 columns); {worst}"),
         (
             (*every, other),
             True,
-            f"right, but compared only in part (1 of 8 columns in maneuver 2); {worst}",
+            f"right, compared only in part (1 of 8 columns in maneuver 2); {worst}",
         ),
         (
             (CELL, wrong),

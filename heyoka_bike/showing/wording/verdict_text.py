@@ -25,7 +25,7 @@ _MOST_LEFT_OUT = 4
 
 PHRASES = {
     "nothing": "nothing could be compared",
-    "in_part": ", but compared only in part",
+    "in_part": ", compared only in part",
     "of_all": "of",
     "columns": "columns",
     "worst": "the worst column has",
