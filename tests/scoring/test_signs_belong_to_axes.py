@@ -6,7 +6,7 @@ import pytest
 from games.files import MOTION
 from games.honest_files import signs
 from generators.made_results import exact_columns, made, rows
-from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
     SignContradiction,
@@ -103,6 +103,22 @@ def test_usual_axes_are_not_warned_of(reference, keys):
 def test_signs_that_contradict_are_in_the_verdict(reference):
     report = score(made(reference, turned("roll_rate")), reference)
     assert "contradict each other; apart from the signs, " in report.verdict
+
+
+def test_conventions_name_only_columns_of_the_file():
+    assert default_conventions(BENCHMARK_COLUMNS) == (
+        "Conventions: SI units, roll and steer positive to the right, potential energy zero on the "
+        "floor"
+    )
+    only = default_conventions(["steer_angle"])
+    assert only == "Conventions: SI units, steer positive to the right"
+
+
+@pytest.mark.parametrize(("keys", "has_others"), [(["steer_angle"], False), (LATERAL, True)])
+def test_nothing_else_is_said_of_a_single_column(reference, keys, has_others):
+    table = {"time": reference[1].time} | {f"{key}_1": -reference[1][key] for key in keys}
+    (found,) = (f for f in score(table, reference).findings if f.code == "conventions")
+    assert ("Everything else" in found.message) is has_others
 
 
 def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):

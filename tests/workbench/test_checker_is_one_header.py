@@ -326,8 +326,7 @@ def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
     assert said.pop("exact").startswith("1 1 right; the worst column has 14.0")
     assert (said.pop("enough"), said.pop("half")) == ("7 1.000", "8 0.500")
     assert (
-        "right, compared only in part (7 of 8 columns); the worst column"
-        in said["a column less"]
+        "right, compared only in part (7 of 8 columns); the worst column" in said["a column less"]
     )
     assert "right, compared only in part; the worst column has 14.0" in said["half a column"]
     assert "compared only in part (1 of 8 columns in maneuver 1)" in said["another maneuver"]

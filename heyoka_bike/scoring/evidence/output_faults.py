@@ -864,17 +864,17 @@ class Departs(Evidence):
             )
         else:
             what = (
-                ". A mistake that acts from the start would show earlier: look for a force, "
-                "contact or event that begins then"
+                ". Look for a force, contact or event that begins then: a mistake from the start "
+                "would show earlier"
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
         until = ", ".join(f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right))
-        when = f"at {self.times[0]:.6g} s" if is_one_time else "soon after"
+        but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("but then", "")
         are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
         return (
-            f"{maneuvers(self.maneuvers).capitalize()}{by} {are} right until {until} s, but off by "
-            f"{up_to}{self.after:.2g} of a column's largest value {when}{what}"
+            f"{maneuvers(self.maneuvers).capitalize()}{by} {are} right until {until} s, {but} off "
+            f"by {up_to}{self.after:.2g} of a column's largest value{when}{what}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
