@@ -246,7 +246,7 @@ class OtherUnit(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherZero(Convention):
-    """A column has a different zero level: its values exceed the exact ones by a constant [SI unit]."""
+    """A column has a different zero level: its values are too large by a constant [SI unit]."""
 
     offset: float
 

@@ -864,8 +864,8 @@ class Departs(Evidence):
             )
         else:
             what = (
-                ". Look for a force, contact or event that begins then: a mistake from the start "
-                "would show earlier"
+                ". Look for a force, contact or event that begins then: earlier mistakes would "
+                "show earlier"
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
