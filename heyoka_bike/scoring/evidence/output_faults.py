@@ -859,7 +859,7 @@ class Departs(Evidence):
         elif self.shift is not None:
             why = "skipped" if self.shift > 0.0 else "made twice"
             what = (
-                f". From there on, the rows contain the exact motion {_later(self.shift)}: rows or "
+                f". From there on, rows contain the exact motion {_later(self.shift)}: rows or "
                 f"steps were {why}"
             )
         else:
@@ -870,7 +870,7 @@ class Departs(Evidence):
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
         until = ", ".join(f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right))
-        but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("but then", "")
+        but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("then", "")
         are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
         return (
             f"{maneuvers(self.maneuvers).capitalize()}{by} {are} right until {until} s, {but} off "
