@@ -225,7 +225,7 @@ class ErrorStays(Evidence):
         if self.how == Staying.ROUNDING:
             said = (
                 f"{places}: the error, at most {size} of the largest value, does not fall with the "
-                f"{self.by}. At this size it is the accumulated rounding of binary64 arithmetic. "
+                f"{self.by}. At this size it is accumulated rounding of binary64, not the model. "
                 "Only a longer number format makes it smaller"
             )
             return info("limited_by_rounding", said, **numbers)
