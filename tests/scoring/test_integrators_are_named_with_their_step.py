@@ -1,6 +1,7 @@
 """Each integration method has a residual of its own in the equations, proportional to its step."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.conclusions import IntegratedBy
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.residual.methods import find_methods
@@ -94,3 +96,13 @@ def test_a_diagnosis_begins_with_it(reference, program):
     begins = "The error is nearest to that of Heun's method with a step of 0.005 s. A run"
     assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]
+
+
+@pytest.mark.parametrize(("is_next", "begins"), [
+    (False, "The error is nearest to that of Heun's method with"),
+    (True, "The error also resembles that of Heun's method with"),
+])  # fmt: skip
+def test_only_one_method_is_called_the_nearest(is_next, begins):
+    method = SimpleNamespace(method="Heun's method", step=0.01)
+    seen = IntegratedBy(SimpleNamespace(relief=50.0), (method,), None, is_next=is_next)
+    assert seen.message().startswith(begins)
