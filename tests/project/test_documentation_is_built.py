@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import pkgutil
 import re
 import shlex
 import shutil
@@ -11,6 +12,7 @@ import tomllib
 
 import pytest
 
+import heyoka_bike.scoring.rows
 from addresses import addresses
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
@@ -59,6 +61,22 @@ def test_the_table_of_findings_is_that_of_the_code():
     classes = [*made.classes().values(), Evidence]
     bases = {base for c in classes for base in c.__mro__[1:]}
     assert {c.__name__ for c in classes if c not in bases} == {*made.findings()}
+
+
+def test_the_page_says_what_to_do_about_every_fault_of_the_rows():
+    package = heyoka_bike.scoring.rows
+    modules = [x.name for x in pkgutil.iter_modules(package.__path__, f"{package.__name__}.")]
+    modules.append("heyoka_bike.scoring.evidence.output_faults")
+    reported = {
+        name
+        for x in modules
+        for name, value in vars(importlib.import_module(x)).items()
+        if isinstance(value, type) and issubclass(value, Evidence) and value is not Evidence
+    }
+    found = module(DOCS / "_site" / "findings_table.py").findings()
+    rows = re.findall(r"^\| (`.+?) \|", (DOCS / "diagnosis.md").read_text("utf-8"), re.MULTILINE)
+    listed = {code for row in rows for code in re.findall(r"`(.+?)`", row)}
+    assert {x.code for name in reported for x in found[name]} - listed == set()
 
 
 @pytest.mark.parametrize("page", ["start.md", "installation.md"])

@@ -10,7 +10,7 @@ from generators.simulated_tables import right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.evidence.output_faults import OtherMoment, PartMultiplied
-from heyoka_bike.scoring.rows.column_faults import deviating_columns
+from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
 from heyoka_bike.scoring.rows.sums import own_sum
 from heyoka_bike.scoring.score import score
 

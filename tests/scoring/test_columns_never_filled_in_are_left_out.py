@@ -12,7 +12,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.scoring.rows.column_faults import deviating_columns
+from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
 from heyoka_bike.scoring.score import score
 
 ENERGIES = ("potential_energy", "kinetic_energy", "mechanical_energy")

@@ -21,7 +21,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsReversed,
     SingleRows,
 )
-from heyoka_bike.scoring.rows.column_faults import deviating_columns, single_rows
+from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
 from heyoka_bike.scoring.rows.edits import (
     Clock,
     Exchanged,
@@ -35,6 +35,7 @@ from heyoka_bike.scoring.rows.edits import (
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
 from heyoka_bike.scoring.rows.rates import exchanged, shifted_rate
+from heyoka_bike.scoring.rows.single_rows import single_rows
 from heyoka_bike.scoring.rows.wrong_times import other_clocks, own_times
 from heyoka_bike.scoring.score import score
 

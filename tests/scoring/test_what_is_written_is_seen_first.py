@@ -23,7 +23,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS
-from heyoka_bike.scoring.rows.column_faults import bounded
+from heyoka_bike.scoring.rows.bounds import bounded
 from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.score import score
 

@@ -73,8 +73,8 @@ from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.column_faults import without_ratio
 from heyoka_bike.scoring.rows.edits import Columns
+from heyoka_bike.scoring.rows.scaled_columns import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored_rows
 

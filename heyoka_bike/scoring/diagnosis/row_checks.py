@@ -12,15 +12,13 @@ from functools import partial
 
 from heyoka_bike.scoring.diagnosis.step_log import Step, logged
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.column_faults import (
-    bounded,
-    deviating_columns,
-    numbers_of_another_maneuver,
-    single_rows,
-)
+from heyoka_bike.scoring.rows.bounds import bounded
+from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
+from heyoka_bike.scoring.rows.other_maneuvers import numbers_of_another_maneuver
 from heyoka_bike.scoring.rows.rates import exchanged, own_differences, shifted_rate
+from heyoka_bike.scoring.rows.single_rows import single_rows
 from heyoka_bike.scoring.rows.sums import own_sum
 from heyoka_bike.scoring.rows.table import Check, Undone
 from heyoka_bike.scoring.rows.wrong_times import (
@@ -77,7 +75,7 @@ ROW_CHECKS = (
     RowCheck("rows", "is each row right at a time of its own?", own_times, is_of_motion=True),
     RowCheck(
         "columns",
-        "is a column exchanged, unsigned, scaled, offset, of another row, clipped or averaged?",
+        "is a column a simple function of the exact values, or of another column?",
         deviating_columns,
         is_of_motion=True,
     ),

@@ -31,9 +31,10 @@ from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
+from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.scaled_columns import scaled
 from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by

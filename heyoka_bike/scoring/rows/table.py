@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.base import Evidence
@@ -12,6 +14,7 @@ from heyoka_bike.scoring.evidence.output_faults import Remainder
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Place
+from heyoka_bike.scoring.units import factor
 
 ENERGY, PARTS_OF_ENERGY = "mechanical_energy", ("potential_energy", "kinetic_energy")
 """Keys of the mechanical energy, and of the columns whose sum it is."""
@@ -50,6 +53,16 @@ def worst(report: Report) -> Remainder:
 def floor_of(c: ColumnScore) -> float:
     """Return the resolution limit of a column, or the roundoff of its values if larger [SI]."""
     return max(c.floor or 0.0, ROUNDING * c.scale)
+
+
+def to_si(c: ColumnScore) -> float:
+    """Return the factor from written values to SI units, negative if the sign is flipped."""
+    return c.as_understood.sign * factor(c.as_understood.unit)[0]
+
+
+def finite(x: float) -> float | None:
+    """Return a number, or None if it is infinite."""
+    return x if np.isfinite(x) else None
 
 
 def is_right_column(c: ColumnScore) -> bool:

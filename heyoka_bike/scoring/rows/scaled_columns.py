@@ -1,0 +1,64 @@
+"""Fit a factor and an offset that explain a column, and undo them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio, Scaled
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import Undone, to_si
+from heyoka_bike.scoring.scores import ColumnScore
+
+
+def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
+    """Fit a factor, an offset, or both, the same in all maneuvers, that explain a column.
+
+    First a factor alone and an offset alone are tried, and the better of these is used if it
+    explains the error. Otherwise both are fitted together. None if these do not explain it either.
+    """
+    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
+    value = np.concatenate([c.trace.value for c in columns]) / sizes
+    right = np.concatenate([c.trace.reference for c in columns]) / sizes
+    both = np.column_stack([right, 1.0 / sizes])
+
+    def solved(matrix: Array, goal: Array) -> list[float]:
+        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
+
+    def left(fit: Scaled) -> float:
+        return rms(value - fit.factor * right - fit.offset / sizes)
+
+    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
+        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
+        # Each fitted value must reduce the error by `BY_FAR`. In a column that is nearly zero, the
+        # error is as large as the exact values. So the error that remains must also be smaller than
+        # the column by this factor.
+        least = min(rms(c.trace.error), rms(c.trace.value))
+        return BY_FAR**count * rms(rest) < least
+
+    one = [
+        Scaled(solved(both[:, :1], value)[0], 0.0),
+        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
+    ]
+    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
+        if len(value) > count and all(explains(fit, c, count) for c in columns):
+            return fit
+    return None
+
+
+def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
+    """Undo the factor and the offset of a column in all maneuvers."""
+    parts = []
+    for m in report.maneuvers:
+        values, lo = dict(m.part.values), dict(m.part.lo)
+        if seen.key in values and seen.key in m:
+            offset = seen.offset / to_si(m[seen.key])
+            values[seen.key] = (values[seen.key] - offset) / seen.factor
+            lo.pop(seen.key, None)
+        parts.append(replace(m.part, values=values, lo=lo))
+    return Undone((seen,), tuple(parts))
