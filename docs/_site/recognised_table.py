@@ -11,6 +11,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from textwrap import fill
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
@@ -29,6 +30,8 @@ from marked_parts import filled, split
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 
 LEVELS = {"none": 0.0, "1e-6": 1e-6, "1e-4": 1e-4}
+# Number of characters in a line of the pages.
+WIDTH = 150
 # Without an error of the integrator, that of the two simulations is left.
 LEAST = 1e-11
 
@@ -143,7 +146,9 @@ def markdown(said, far, classes):
     for name, found in classes.items():
         groups = sorted(sorted(c) for c in found if "" not in c)
         told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups)
-        lines += [f"- error {name}: {told}"] if told else []
+        if told:
+            listed = f"- error {name}: {told}"
+            lines.append(fill(listed, WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     lines += [
         "",
         "| mistake | what the program does | moves | " + " | ".join(LEVELS) + " |",
