@@ -24,6 +24,7 @@ from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
+    FittedValues,
     OtherScale,
     apply,
     differences,
@@ -40,7 +41,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
-from heyoka_bike.scoring.grades import has_right_digits
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
@@ -193,14 +194,20 @@ def _by_equations(search: Search) -> Iterator[Hypothesis]:
 def _from_other_starts(search: Search) -> Iterable[Hypothesis]:
     """Judge the cause that satisfies the equations, from the initial conditions of the file.
 
-    If only the initial conditions are wrong beside it, whole runs seem to exclude it.
+    If only the initial conditions are wrong beside it, whole runs seem to exclude it. Opposite
+    initial rates are left to the row check for mirrored maneuvers.
     """
     seen = search.residual
     best = seen.best if seen is not None else None
     if seen is None or best is None or best.mistakes[0].kind != "model":
         return ()
-    starts = seen.other_starts(best.mistakes)
+    starts = [m for m in seen.other_starts(best.mistakes) if not _is_mirrored(m)]
     return search.file.judged([(*best.mistakes, *starts)]) if starts else ()
+
+
+def _is_mirrored(start: FittedValues) -> bool:
+    """True if initial values are the given ones with the opposite sign."""
+    return all(abs(x.value + x.right) <= TOLERANCE * abs(x.right) for x in start.found)
 
 
 def _beside_known(
