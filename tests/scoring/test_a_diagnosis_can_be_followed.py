@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import other_values
 from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS
-from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH, again
+from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH, again, with_output
 from heyoka_bike.scoring.reading.results import Results
 
 LINE = re.compile(r"(.+?): (.+?\?) (.+) \((\d+\.\d\d) s\)")
@@ -32,7 +32,8 @@ def listed():
 
 def test_the_page_lists_every_step_with_its_question():
     pages = dict(listed())
-    every = (*ROW_CHECKS, *OF_WHAT_IS_WRITTEN, *SEARCH, *again([]).steps)
+    plans = (again([]), with_output(()))
+    every = (*ROW_CHECKS, *OF_WHAT_IS_WRITTEN, *SEARCH, *(x for plan in plans for x in plan.steps))
     for step in every:
         question = pages[step.name]
         assert question.lower() == step.question.lower()

@@ -591,6 +591,7 @@ ONLY_OUTPUT = Plan(OF_WHAT_IS_WRITTEN, asks_equations=False)
 def again(causes: Sequence[Causes]) -> Plan:
     """Return the plan to judge causes that were found before faults of the rows were corrected."""
     return _only(
+        "again",
         "does this cause explain the rows without their faults?",
         lambda search: _proposed(search.file, causes),
     )
@@ -602,6 +603,7 @@ def with_output(causes: Causes) -> Plan:
     The other rows or columns contradict these causes.
     """
     return _only(
+        "with output",
         "which mistake of the output contradicts this cause?",
         lambda search: search.file.judged(
             in_order((*causes, m)) for m in _written(search.file) if m not in causes
@@ -609,5 +611,6 @@ def with_output(causes: Causes) -> Plan:
     )
 
 
-def _only(question: str, tried: Callable[[Search], Iterable[Hypothesis]]) -> Plan:
-    return Plan((Trial("again", question, lambda _: True, tried),), asks_equations=False)
+def _only(name: str, question: str, tried: Callable[[Search], Iterable[Hypothesis]]) -> Plan:
+    """Return a plan of one step, which does not need the equations along the file's motion."""
+    return Plan((Trial(name, question, lambda _: True, tried),), asks_equations=False)
