@@ -216,6 +216,6 @@ def _place(output: str, suffixes: tuple[str, ...], stem: str) -> tuple[Path, str
     if out.suffix not in suffixes:
         raise InputError(
             f"--output: found '{out.name}', expected a file ending in {' or '.join(suffixes)}, or "
-            "a folder (with a final / if it has a dot)"
+            "a folder (end it with / if its name contains a dot)"
         )
     return out.parent, out.stem

@@ -99,9 +99,9 @@ def read(
         )  # fmt: skip
     held = [rows.maneuver for rows in results.maneuvers]
     if maneuver is not None and held != [maneuver]:
-        shown = ", ".join(map(str, held))
+        shown = f"maneuver{'s' if len(held) > 1 else ''} {', '.join(map(str, held))}"
         raise InputError(
-            f"--maneuver {maneuver} does not fit: the file contains maneuver {shown}. The option "
+            f"--maneuver {maneuver} does not fit: the file contains {shown}. The option "
             "is only for files of a single maneuver",
             file=file,
         )

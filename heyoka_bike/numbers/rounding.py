@@ -136,7 +136,7 @@ def _exponent_above(x: Fraction) -> int:
 
 
 def _decimal(x: Fraction, digits: int) -> str:
-    """Return a fraction to significant digits, by one rounding, as ``1.50e+00``; ``0`` for zero."""
+    """Format a fraction with this many digits, rounded once, as ``1.50e+00``; ``0`` for zero."""
     context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
     rounded = context.divide(Decimal(x.numerator), Decimal(x.denominator))
     return f"{rounded:.{digits - 1}e}" if rounded else "0"

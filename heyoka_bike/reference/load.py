@@ -445,7 +445,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
                 raise InputError(
                     f"times: found {len(shared)} rows to {shared[-1]:g} s in maneuver 1 and "
                     f"{len(time)} to {time[-1]:g} s in maneuver {number}, expected equal times; "
-                    "use the times of each maneuver, reference[1].time"
+                    "use the times of each maneuver, such as reference[1].time"
                 )
         return shared
 
@@ -609,7 +609,8 @@ def read_group(group: Any) -> Sensitivity:
     shape = group[columns_of(group)[0]].shape
     if len(shape) != 3 or breaks.shape != (shape[0] + 1,):
         raise ValueError(
-            f"{group.name}: found coefficients of shape {shape} and breaks of shape {breaks.shape}"
+            f"{group.name}: found coefficients of shape {shape} and breaks of shape "
+            f"{breaks.shape}, expected three dimensions, and one break more than the first of them"
         )
     if "rows" not in group:
         (coefficients,) = on_demand(group, SENSITIVITIES, {"": shape})

@@ -57,7 +57,7 @@ MEANINGLESS_ERROR = 0.5
 # program produces them on purpose. Values below the inverse of the limit are read as zero, because
 # their products underflow.
 _LARGEST_VALUE = 1e150
-# Units of time that are smaller than a second: how many of them a second has, by name.
+# Number per second of each unit of time that is shorter than a second, by name.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 # Units of time that are larger than a second [s].
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
@@ -457,7 +457,7 @@ def _not_zero_at_start(part: Part) -> list[str]:
 def _evidence_of_other_orders(
     parts: Sequence[Part], orders: Mapping[int, Mapping[str, str]], results: Results
 ) -> tuple[Evidence, ...]:
-    """Return evidence that the values of maneuvers clearly fit other columns, once for an order."""
+    """Return evidence that values clearly fit other columns, one item for each order of columns."""
     option = ""
     if all({*part.values} == {*BENCHMARK_COLUMNS} for part in parts):
         names = [

@@ -35,8 +35,8 @@ from heyoka_bike.scoring.units import factor, tried
 
 # Fraction of a turn by which rounding may widen the range of angles within one turn.
 _ROUNDING = 1e-3
-# Largest absolute value of an angle that is written within one turn [turns]. It is 1.25 because
-# angles of the benchmark may exceed one turn by a quarter.
+# Largest absolute value of an angle with a fixed zero that may be written within one turn [turns]:
+# one turn, plus a quarter because angles of the benchmark may exceed one turn by this much.
 _MOST_TURNS = 1.25
 # Minimum number of rows that show the direction of a path.
 _FEWEST_ROWS_OF_PATH = 3

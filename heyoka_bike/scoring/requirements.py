@@ -87,7 +87,7 @@ class Parsed:
 
     @property
     def text(self) -> str:
-        """The requirement as a text that `parse` reads."""
+        """The requirement as text that `parse` reads."""
         place = "".join(f"{x}." for x in (self.maneuver, self.column) if x is not None)
         return f"{place}{self.metric} {self.op} {repr(self.number).removesuffix('.0')}"
 

@@ -134,8 +134,7 @@ class Score:
     _may_diagnose: Callable[[], str]
     # Function that fails the test with a message.
     _fail: Callable[[str], NoReturn]
-    # Minimum number of columns and minimum coverage of the run, as far as the settings contain
-    # them.
+    # Minimum number of columns and minimum coverage of the run, if the settings specify them.
     _enough: Mapping[str, float] = field(default_factory=dict)
     is_checked: bool = False
     is_read: bool = False

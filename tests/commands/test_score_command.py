@@ -226,7 +226,7 @@ def test_standard_input_is_read(tmp_path):
         ([FINE, "--require", "accuracy > 1"], 1, "expected one of scd"),
         ([FINE, "--maneuver", "4"], 1, "expected 1 to 3"),
         ([FINE, "--maneuver", "1,2"], 1, "found 2 numbers for 1 file, expected"),
-        ([FINE, "--maneuver", "2"], 1, "contains maneuver 1, 2, 3"),
+        ([FINE, "--maneuver", "2"], 1, "contains maneuvers 1, 2, 3"),
         ([FINE, "--step", "0"], 1, "expected more than zero"),
         ([FINE, "--step", "fast"], 1, "--step: found"),
         ([FINE, "--step", "0.1,0.2"], 1, "step: found 2 values for 1 file, expected"),

@@ -58,7 +58,7 @@ def errors(hi, lo, exact, factor=_ONE, zero=0.0):
 
 
 def readings(key):
-    """Return the reference's columns, signs and units that a column may mean."""
+    """Yield each column, sign and unit that a column may represent, with its factor."""
     signs = (1, -1) if key in SIGNED or key not in EIGHT else (1,)
     for name, sign, (unit, factor) in product(names(key), signs, units(key).items()):
         yield (name, sign, unit), sign * factor

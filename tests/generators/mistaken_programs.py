@@ -76,7 +76,7 @@ def compiled():
 
 
 def numbers(bicycle):
-    """Return the constants of the equations in compiled order, and the unit of length."""
+    """Return the constants in the order of the compiled equations, and the unit of length."""
     found = []
     k = constants(bicycle, Multiprecision(25))
     k.convert(lambda x: found.append(float(x)))

@@ -58,7 +58,7 @@ def test_a_matrix_of_functions_has_zeros_where_it_is_zero() -> None:
 
 
 def distances() -> list[tuple[float, float]]:
-    """Return distances of the polynomial from powers of s on the unit circle, with their bounds.
+    """Return the distance of each power of s from its polynomial on the unit circle, and its bound.
 
     The number of points is as small as possible.
     """

@@ -293,7 +293,7 @@ class RandomField:
         return Angle(nought, one, Angle(nought, one))
 
     def adjoin_root(self, x: Element) -> Element:
-        """Adjoin the square root of a number without the root, as a number of its own."""
+        """Adjoin the square root of a number that contains no adjoined root, and return it."""
         if self._adjoined is not None or not x.pure:
             raise ValueError("only one root can be adjoined")
         below = {i: -(-power // 2) for i, power in x.below.items()}

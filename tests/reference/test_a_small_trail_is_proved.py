@@ -1,7 +1,7 @@
 """A motion with a small mechanical trail is proved, in either form of the equations.
 
-The few-product form divides by the trail, and its masses by the square of the trail. Over states a
-few thousandths of a radian apart these divisors may be zero, however short the time.
+The few-product form divides by the trail, and its mass matrix by the square of the trail. Over
+states a few thousandths of a radian apart these divisors may be zero, however short the time.
 """
 
 import pytest

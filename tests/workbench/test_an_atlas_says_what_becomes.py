@@ -101,7 +101,7 @@ def test_lifts_are_the_events_of_single_runs(runs, bicycle, maneuvers):
             maneuvers[0], speed=Exact(Fraction(speed)), roll_rate=Exact(Fraction(roll_rate))
         )
         event = follow(bicycle, start, longest=Fraction(8)).event
-        # The atlas interpolates this time over a thousandth of a second.
+        # The atlas interpolates this time between samples that are a thousandth of a second apart.
         assert time == pytest.approx(float(event.time), abs=2e-5)
 
 

@@ -114,7 +114,7 @@ def table_jobs(
 
 
 def assemble_table(run: Trajectory, outcomes: Mapping[str, Outcome]) -> Table:
-    """Assemble the table from the outcomes of `table_jobs` and of other jobs whose time counts."""
+    """Assemble the table from the outcomes of `table_jobs`, with the times of all outcomes."""
     rows, dense, drift = outcomes["rows"].get()
     motion_rows, motion_dense = outcomes["motion"].get()
     return Table(

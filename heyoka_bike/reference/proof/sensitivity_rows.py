@@ -410,8 +410,8 @@ class _Rounding:
                     x = self.start[name][u]
                     if not found.overlaps(exact_ball(x) if isinstance(x, Fraction) else x):
                         raise NotCertifiedError(
-                            f"{self.run.maneuver.name}: the derivative of {name}, row {r}, is not "
-                            "the derivative of the exact initial value"
+                            f"{self.run.maneuver.name}: the derivative of {name} in row {r} does "
+                            "not agree with that of the exact initial value"
                         )
                 values[r, unknown], bound[r, unknown] = self._nearest(x)
         return values, bound

@@ -642,9 +642,9 @@ class UnitsBeside(Evidence):
     def message(self) -> str:
         units = " and ".join(in_units(self.units))
         return (
-            f"A simulation of this cause fits the file if {units}. The score compares only with "
-            "the exact motion, so it read other units and reports too large errors. Name the units "
-            "in the headings, or with --columns (roll_angle_deg)"
+            f"With this cause, the file fits if {units}. The score compares only with the exact "
+            "motion, so it assumed other units, and its errors are too large. Name the units in "
+            "the headings, or with --columns (roll_angle_deg)"
         )
 
     def numbers(self) -> Mapping[str, Any]:

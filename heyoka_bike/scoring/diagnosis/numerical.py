@@ -154,8 +154,8 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
         if rate is None or rate.shape.at_one >= 0 or rate.part < _ITERATION_NOISE:
             return False
-        # Noise of the velocities is hardly visible in the angles, because angles are integrals of
-        # velocities. Noise of the output is visible in both.
+        # Noise in the velocities is hardly visible in the angles, because angles are integrals of
+        # velocities. Noise in the output is visible in both.
         if angle is not None and rate.part < CLEARLY * angle.part:
             return False
     return True

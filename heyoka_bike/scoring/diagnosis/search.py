@@ -165,7 +165,7 @@ def _goes_on(search: Search) -> bool:
 
 
 def _may_be_an_integrator(search: Search) -> bool:
-    """True if the error is small and not explained, and the file shows no force."""
+    """True if the error is small, no cause explains most of it, and the rows show no force."""
     seen, file = search.residual, search.file
     is_small = max(file.right.after.values(), default=1.0) < MEANINGLESS_ERROR
     has_force = seen is not None and (seen.is_open or seen.visibility is Visibility.NOTHING)

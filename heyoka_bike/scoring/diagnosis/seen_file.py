@@ -599,7 +599,8 @@ def correct_program(reference: Reference) -> Program:
 def _start(inputs: Mapping[str, str]) -> Start:
     if any(not Exact.parse(inputs[k]).is_zero for k in ("roll", "steer", "steer_rate")):
         raise InputError(
-            "diagnosis: found a reference with another start, expected an upright and straight one"
+            "diagnosis: found a reference with another start, expected one that is upright and "
+            "straight, with zero steer rate"
         )
     speed, roll_rate = (float(Exact.parse(inputs[k])) for k in ("speed", "roll_rate"))
     return Start(speed=speed, roll_rate=roll_rate)

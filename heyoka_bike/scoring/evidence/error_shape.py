@@ -186,7 +186,7 @@ class Unsymmetric(Evidence):
         return (
             f"In the first rows, the error of {self.key} is only {self.times:.2g} times as large "
             f"in maneuver {self.large} as in maneuver {self.small}, which has a far smaller roll "
-            "rate. Look for an asymmetry (mass, axis, torque, wind, slope) or a constant friction"
+            "rate. Look for an asymmetry (mass, axis, torque, wind, slope) or constant friction"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -709,7 +709,7 @@ class Remainder(Evidence):
     def message(self) -> str:
         number, _, key = self.place.partition(".")
         return (
-            "No other fault is visible. With this corrected, the largest error is "
+            "No other fault is visible. With the faults above corrected, the largest error is "
             f"{scale_words(self.max_rel_error, key)}, in maneuver {number}"
         )
 
@@ -857,7 +857,7 @@ class Departs(Evidence):
                 "look only at the wrong ones"
             )
         elif self.shift is not None:
-            why = "skipped" if self.shift > 0.0 else "made twice"
+            why = "skipped" if self.shift > 0.0 else "repeated"
             what = (
                 f". From there on, rows contain the exact motion {_later(self.shift)}: rows or "
                 f"steps were {why}"

@@ -388,7 +388,7 @@ def _compared(
         if np.isnan(values).all():
             continue
         wrong, error = _is_wrong(table, c.name, right, tolerance)
-        # A large error may be only rounding, while a small value with all its digits is wrong. So
+        # A large error may be only rounding, while a small value may be wrong in every digit. So
         # choose the largest error among the wrong values, if there are any.
         i = int(np.argmax(np.where(wrong, 1.0, 0.0) + error / (1 + error)))
         missing = int(np.isnan(values).sum())

@@ -24,8 +24,7 @@ _BYTES_AT_ONCE = 1 << 21
 # Size of the first block of a text [bytes]. It shows how rows are written, so it must contain any
 # heading and some rows.
 _BYTES_OF_HEAD = 1 << 21
-# Number of bytes at the beginning of a file that show whether the file is a text or has another
-# format.
+# Number of bytes at the beginning of a file that show whether it is text or has another format.
 _BYTES_OF_SIGNATURE = 4096
 _BYTES_OF_LENGTH = 4
 # Largest compression ratio of gzip: deflate needs at least two bits for 258 bytes (RFC 1951).

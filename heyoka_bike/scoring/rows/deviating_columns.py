@@ -191,7 +191,7 @@ def _corrected(m: ManeuverScore, c: ColumnScore, deviation: Deviation) -> Array:
 
 
 def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
-    """Return the evidence of deviations, one for all that differ only in their place."""
+    """Yield the evidence of deviations, joined if it differs only in maneuver or column."""
     exchanged = _other_maneuvers(report, found)
     yield from (MisplacedManeuver(n, of) for n, of in exchanged.items())
     seen = {place: d.evidence for place, d in found.items() if place[0] not in exchanged}

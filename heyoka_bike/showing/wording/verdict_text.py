@@ -87,7 +87,7 @@ def worst_words(report: Report) -> str:
 
 
 def caveats(report: Report) -> list[str]:
-    """Return restrictions of the verdict: fraction compared, columns left out, opposite signs."""
+    """Return the caveats to the verdict: fraction compared, columns left out, opposite signs."""
     signs, covered, left_out = "", "", _lost_names(report)
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:

@@ -181,7 +181,7 @@ def _fact(maneuver: Maneuver, statement: str, numbers: Mapping[str, flint.arb]) 
 
 def _first(run: Trajectory, found: Sequence[Event], what: str) -> Event:
     if not found or not found[0].is_single:
-        raise NotCertifiedError(f"{run.maneuver.name}: it is not proved when {what}")
+        raise NotCertifiedError(f"{run.maneuver.name}: the time at which {what} is not proved")
     return found[0]
 
 

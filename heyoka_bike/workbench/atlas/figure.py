@@ -189,7 +189,7 @@ def _point_at(ax: Axes, text: str, place: tuple[float, float], at: tuple[float, 
 
 
 def _write_above(ax: Axes, text: str, x: float) -> None:
-    """Write a text above the map."""
+    """Write text above the map."""
     ax.annotate(
         text, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
         textcoords="offset points", ha="center", va="bottom", **_NOTE,

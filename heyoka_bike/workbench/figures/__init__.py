@@ -226,7 +226,8 @@ def _files(
     if out.suffix.removeprefix(".").lower() not in FORMATS:
         raise InputError(
             f"{option}: found '{out.name}', expected a file ending in "
-            f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (with a final / if it has a dot)"
+            f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (end it with / if its name "
+            "contains a dot)"
         )
     if formats is not None:
         raise InputError(

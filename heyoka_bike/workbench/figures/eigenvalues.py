@@ -57,7 +57,7 @@ _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
 
 
 def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
-    """Draw the eigenvalues of a dataset's bicycle over speed: real parts, and imaginary parts.
+    """Draw the real and imaginary parts of the eigenvalues of a dataset's bicycle against speed.
 
     Units are 1/s and rad/s.
 

@@ -143,7 +143,7 @@ def test_clients_beyond_the_limit_are_refused(port):
 
 @pytest.mark.parametrize("port", [30.0], indirect=True)
 def test_slow_heads_make_room(port):
-    """A request is answered at once, however many other clients send nothing."""
+    """A request is answered at once, however many other clients send only a part of one."""
     held = [connected(port) for _ in range(20)]
     for client in held:
         client.sendall(HEAD)

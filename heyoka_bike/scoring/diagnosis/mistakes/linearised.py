@@ -40,8 +40,8 @@ LINEAR_PROGRAMS = (
 )
 """The program without mistakes, and usual mistakes in these equations, in no particular order."""
 
-# Largest relative variation of a speed that counts as constant: a program that repeats it or
-# computes it again may vary it by roundoff.
+# Largest relative variation of a speed that counts as constant. A program that computes the speed
+# again in each row may vary it by roundoff.
 _PART_OF_CONSTANT_SPEED = 1e-14
 
 

@@ -329,7 +329,7 @@ def _nodal_states(
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
                     n, len(identity), len(identity)
                 )
-                # A motion that has ended is not changed any more.
+                # Leave a motion unchanged if its equations are not finite.
                 good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=(0, 1))
                 matrix[~good] = identity
                 change = _solved(matrix, left.reshape(-1, n))

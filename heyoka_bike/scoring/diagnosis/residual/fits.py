@@ -169,8 +169,9 @@ class Fits:
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, THRESHOLDS.max_subsets // size // len(views))
-                    # All single values that may explain as much as the best one are refined. To
-                    # first order even the right value leaves a part of a large error of whole runs.
+                    # Refine every single value that may explain as much as the best one. If the
+                    # error of whole runs is large, even the right value does not remove all of it
+                    # to first order.
                     least = (
                         max(subsets.gains[0], self.needed) / CLEARLY
                         if self.split > 1

@@ -42,8 +42,8 @@ def headings_in(line: str) -> Iterator[list[str]]:
         yield DIALECTS[0].split(line)
     text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    # Check separately that the line is not blank: text[:1] is then empty, and an empty text is
-    # contained in every text.
+    # Exclude blank lines separately: for these, text[:1] is empty, and the empty string is in every
+    # string.
     begins = text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)
     if not (text and begins):
         return
