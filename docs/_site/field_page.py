@@ -306,7 +306,7 @@ def _claimed(found):
     if found.between > found.most:
         return said + (
             f"The largest of these errors is {found.between:.2g} %, in a run that interpolates its "
-            "rows between its steps. Among all other runs, the largest error is "
+            "rows between its steps. Without interpolated rows, the largest of these errors is "
             f"{found.most:.2g} %."
         )
     return said + f"The largest of these errors is {found.most:.2g} %."

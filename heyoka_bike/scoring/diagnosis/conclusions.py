@@ -109,7 +109,7 @@ class Explained(Evidence):
             same = "; or ".join(
                 mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
             )
-            text += f". The file does not distinguish this cause from: {same}"
+            text += f". The file fits equally well if {same}"
         return text
 
     def _finding(self) -> Finding:

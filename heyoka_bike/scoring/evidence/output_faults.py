@@ -864,8 +864,8 @@ class Departs(Evidence):
             )
         else:
             what = (
-                ". Look for a force, contact or event that begins then: earlier mistakes would "
-                "show earlier"
+                ". Look for a force, contact or event that begins then: a mistake from the start "
+                "would show before"
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
@@ -950,9 +950,9 @@ class OtherTimes(Evidence):
         if rows < MOST_ROWS * of:
             number, first = next(iter(self.found.items()))
             return (
-                f"{rows} of {of} rows, in maneuver {number} from {first.first:.6g} to "
-                f"{first.last:.6g} s, are right for times {when} the written ones. "
-                "Check whether rows are skipped, or old values written again"
+                f"{rows} of {of} rows are right for other times, {when} the written ones. In "
+                f"maneuver {number}, these are the rows from {first.first:.6g} to "
+                f"{first.last:.6g} s. Check whether rows are skipped, or old values written again"
             )
         return (
             f"Each row is right for a time {when} the written one. Check "
