@@ -869,7 +869,7 @@ class Departs(Evidence):
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
-        until = ", ".join(f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right))
+        until = named([f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right)])
         but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("then", "")
         are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
         return (
