@@ -8,7 +8,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
-from heyoka_bike.scoring.evidence.words import short_number, unit_text
+from heyoka_bike.scoring.evidence.words import short_number, together, unit_text
 from heyoka_bike.scoring.grades import TOLERANCE
 
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
@@ -68,11 +68,12 @@ def equation_words(name: str) -> str:
 
 def accelerations_words(shares: Mapping[str, float]) -> str:
     """List relative errors of accelerations, as "0.3 % (roll) and 2.1 % (steer)"."""
-    *first, last = (
-        f"{share_words(share)} ({'forward speed' if name == 'speed' else name})"
-        for name, share in shares.items()
+    return together(
+        [
+            f"{share_words(share)} ({'forward speed' if name == 'speed' else name})"
+            for name, share in shares.items()
+        ]
     )
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def inertia_words(found: Sequence[FittedValue]) -> str:

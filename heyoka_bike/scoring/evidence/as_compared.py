@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.evidence.words import counted, either, time_beside
+from heyoka_bike.scoring.evidence.words import counted, either, time_beside, together
 from heyoka_bike.scoring.findings import Severity, maneuvers
 
 _NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
@@ -343,8 +343,7 @@ class ConstantColumns(Evidence):
             of = f" of {maneuvers(numbers)}" if len(numbers) < self.maneuvers else ""
             what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
             said.append(f"{', '.join(keys)}{of} {'is' if len(keys) == 1 else 'are'} {what}")
-        *first, last = said
-        return f"{', '.join(first)} and {last}" if first else last
+        return together(said)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from heyoka_bike.scoring.evidence.words import (
     odds_words,
     open_words,
     ratio_words,
+    together,
     unit_text,
 )
 from heyoka_bike.scoring.findings import Severity, named
@@ -34,7 +35,7 @@ def default_conventions(keys: Collection[str]) -> str:
     if sides := [
         side for side, of_side in _COLUMNS_OF_SIDE.items() if not {*of_side}.isdisjoint(keys)
     ]:
-        said.append(f"{_listed(sides)} positive to the right")
+        said.append(f"{together(sides)} positive to the right")
     if not {"potential_energy", "mechanical_energy"}.isdisjoint(keys):
         said.append("potential energy zero on the floor")
     return ", ".join(said)
@@ -374,17 +375,11 @@ class DefinitionUnknown(Evidence):
         }
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Format a list: ``roll``, ``roll and steer``, ``roll, steer and yaw``."""
-    *first, last = names
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def _senses(turned: Sequence[str]) -> Iterable[str]:
     """State the positive direction of the columns with the opposite sign."""
     left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
     if left:
-        yield f"{_listed(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
+        yield f"{together(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:

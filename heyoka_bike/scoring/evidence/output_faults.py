@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import scale_words, short_number, unit_text
+from heyoka_bike.scoring.evidence.words import scale_words, short_number, together, unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS
@@ -869,7 +869,8 @@ class Departs(Evidence):
             )
         by = f" ({named(self.keys)})" if self.keys else ""
         is_one_time = len({*self.t_right}) == len({*self.times}) == 1
-        until = named([f"{t:.6g}" for t in (self.t_right[:1] if is_one_time else self.t_right)])
+        times = self.t_right[:1] if is_one_time else self.t_right
+        until = together([f"{t:.6g}" for t in times])
         but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("then", "")
         are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
         return (
@@ -1079,11 +1080,12 @@ class ColumnsApart(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        *first, last = (
-            key if len(numbers) == self.every else f"{key} of {maneuvers(numbers)}"
-            for key, numbers in self.columns.items()
+        only = together(
+            [
+                key if len(numbers) == self.every else f"{key} of {maneuvers(numbers)}"
+                for key, numbers in self.columns.items()
+            ]
         )
-        only = f"{', '.join(first)} and {last}" if first else last
         is_one = len(self.columns) == 1
         scales = "; ".join(
             f"{'it' if is_one else key} is {_scaled(x, self.units[key])}"
@@ -1092,7 +1094,7 @@ class ColumnsApart(Evidence):
         start = "Otherwise only" if self.is_rest else "Only"
         are, these = ("is", "this column is") if is_one else ("are", "these columns are")
         of_sum = (
-            f". mechanical_energy is wrong only because it contains {last if is_one else 'them'}"
+            f". mechanical_energy is wrong only because it contains {only if is_one else 'them'}"
             if self.is_sum_with_it
             else ""
         )
