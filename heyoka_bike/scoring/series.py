@@ -525,7 +525,7 @@ def _files(results: Sequence[Any], reference: Reference, options: _Options) -> l
             x is None or _SHORTEST_SECONDS <= x <= _LONGEST_SECONDS for x in given
         ):
             raise InputError(
-                f"{name}: found {list(given)}, expected times from "
+                f"{name}: found {list(given)}, expected positive times, "
                 f"{_SHORTEST_SECONDS:g} to {_LONGEST_SECONDS:g} s"
             )
     return [aligned(results_of(r, len(reference)), reference) for r in results]

@@ -284,8 +284,8 @@ def short(bicycle, maneuvers):
 @pytest.mark.parametrize(
     ("rear", "front", "refusal"),
     [
-        ([], [], "not proved when the rear wheel lifts"),
-        ([(0.5, False, False)], [], "not proved when the rear wheel lifts"),
+        ([], [], "the time at which the rear wheel lifts is not proved"),
+        ([(0.5, False, False)], [], "the time at which the rear wheel lifts is not proved"),
         ([(0.5, True, True)], [], "a wheel may lift earlier"),
         ([(0.5, False, True)], [(0.4, None, False)], "a wheel may lift earlier"),
         ([(0.5, False, True)], [(0.5, False, True)], "a wheel may lift earlier"),
