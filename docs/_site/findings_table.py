@@ -83,7 +83,7 @@ def findings() -> dict[str, list[Code]]:
     """The codes of each class of evidence that has a sentence."""
     every = {}
     for name, x in classes().items():
-        if codes := dict.fromkeys(_codes_of_class(x, _tree(x.__module__))):
+        if codes := dict.fromkeys(_codes_of_class(x)):
             every[name] = [*codes]
     return every
 
@@ -93,21 +93,24 @@ def _tree(module: str) -> ast.Module:
     return ast.parse(inspect.getsource(sys.modules[module]))
 
 
-def _codes_of_class(x: type, module: ast.Module) -> Iterator[Code]:
+def _codes_of_class(x: type) -> Iterator[Code]:
     """Yield the code of a class, or the codes that its own `_finding` makes."""
-    node = next(n for n in module.body if isinstance(n, ast.ClassDef) and n.name == x.__name__)
-    methods = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
-    if "_finding" in methods:
-        yield from _codes(methods["_finding"], module)
+    if "_finding" in vars(x):
+        yield from _codes(*_method(x, "_finding"))
     elif isinstance(x.code, str):
-        returned = (
-            [n for n in ast.walk(methods["numbers"]) if isinstance(n, ast.Return)]
-            if "numbers" in methods
-            else []
-        )
-        keys = (k for n in returned for k in _returned_keys(n.value, methods["numbers"], module))
+        # The numbers may be those of a base class.
+        numbers, module = _method(next(c for c in x.__mro__ if "numbers" in vars(c)), "numbers")
+        returned = [n for n in ast.walk(numbers) if isinstance(n, ast.Return)]
+        keys = (k for n in returned for k in _returned_keys(n.value, numbers, module))
         severity = x.severity if isinstance(x.severity, str) else "info"
         yield Code(x.code, str(severity), tuple(dict.fromkeys(keys)))
+
+
+def _method(x: type, name: str) -> tuple[ast.FunctionDef, ast.Module]:
+    """Return the source of a method of a class, and that of its module."""
+    module = _tree(x.__module__)
+    node = next(n for n in module.body if isinstance(n, ast.ClassDef) and n.name == x.__name__)
+    return next(n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == name), module
 
 
 def _returned_keys(
