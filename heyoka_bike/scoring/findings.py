@@ -46,10 +46,16 @@ def warning(code: str, message: str, **evidence: Any) -> Finding:
     return Finding(code, message, Severity.WARNING, evidence)
 
 
+def together(names: Sequence[str]) -> str:
+    """List several things, as "a", "a and b" or "a, b and c"."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def maneuvers(numbers: Iterable[int]) -> str:
     """Return a list of maneuvers in words: ``maneuver 2``, ``maneuvers 1, 2 and 3``."""
-    *first, last = map(str, numbers)
-    return f"maneuvers {', '.join(first)} and {last}" if first else f"maneuver {last}"
+    each = [*map(str, numbers)]
+    return f"maneuver{'s' if len(each) > 1 else ''} {together(each)}"
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:

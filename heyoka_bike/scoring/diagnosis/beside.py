@@ -104,7 +104,7 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
     A rate is the slope of its angle, whatever the motion is. If this fails in some maneuvers only,
     they are left out. If it fails in all, but for one angle only, then first its rate is left out,
     and next the angle is replaced by the integral of the rate. At last a speed is left out that is
-    the same in every row, because no motion that is not upright has this speed.
+    the same in every row: the speed of a bicycle that leans and steers varies.
     """
     off = {(m.number, key): x for m in motions for key, x in m.inconsistencies().items()}
     ranked = sorted(off, key=lambda place: -off[place])
@@ -117,10 +117,10 @@ def consistent_parts(report: Report, motions: Sequence[Observed]) -> Iterator[tu
         yield tuple(part for part in parts if part.number not in numbers)
     elif len(keys) == 1:
         (rate,) = keys
-        yield tuple(part.only(part.values.keys() - keys) for part in parts)
+        yield tuple(part.without(keys) for part in parts)
         yield tuple(_with_integral(part, rate) for part in parts)
     if has_constant_speed(parts) and any(SPEED in part.values for part in parts):
-        yield tuple(part.only(part.values.keys() - {SPEED}) for part in parts)
+        yield tuple(part.without({SPEED}) for part in parts)
 
 
 def _with_integral(part: Part, rate: str) -> Part:

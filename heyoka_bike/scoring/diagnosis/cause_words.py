@@ -8,7 +8,8 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
-from heyoka_bike.scoring.evidence.words import short_number, together, unit_text
+from heyoka_bike.scoring.evidence.words import short_number, unit_text
+from heyoka_bike.scoring.findings import together
 from heyoka_bike.scoring.grades import TOLERANCE
 
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.evidence.words import counted, either, time_beside, together
-from heyoka_bike.scoring.findings import Severity, maneuvers
+from heyoka_bike.scoring.evidence.words import counted, either, time_beside
+from heyoka_bike.scoring.findings import Severity, maneuvers, together
 
 _NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
 

@@ -15,10 +15,9 @@ from heyoka_bike.scoring.evidence.words import (
     odds_words,
     open_words,
     ratio_words,
-    together,
     unit_text,
 )
-from heyoka_bike.scoring.findings import Severity, named
+from heyoka_bike.scoring.findings import Severity, named, together
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
     "roll": ("roll_angle", "roll_rate"),

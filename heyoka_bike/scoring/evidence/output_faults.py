@@ -6,8 +6,8 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import scale_words, short_number, together, unit_text
-from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
+from heyoka_bike.scoring.evidence.words import scale_words, short_number, unit_text
+from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, together, warning
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS
 

@@ -51,12 +51,6 @@ def ratio_words(power: float) -> str:
     return f"10^{math.floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"
 
 
-def together(names: Sequence[str]) -> str:
-    """List several things, as "a", "a and b" or "a, b and c"."""
-    *first, last = names
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def either(names: Sequence[str]) -> str:
     """List alternatives, as "a", "a or b" or "a, b or c"."""
     *first, last = names

@@ -32,9 +32,7 @@ def without_unfilled(alignment: Alignment) -> Alignment:
     """
     found = [(part, _unfilled(part)) for part in alignment.parts]
     kept = tuple(
-        part.only(part.values.keys() - keys) if keys else part
-        for part, keys in found
-        if part.values.keys() - keys
+        part.without(keys) if keys else part for part, keys in found if part.values.keys() - keys
     )
     if not kept or not any(keys for _, keys in found):
         return alignment

@@ -97,6 +97,15 @@ class Rows:
         """Return the rows with only these columns."""
         return replace(self, values={key: x for key, x in self.values.items() if key in keys})
 
+    def without(self, keys: Collection[str]) -> Self:
+        """Return the rows without these columns."""
+        return self.only(self.values.keys() - {*keys})
+
+    def rewritten(self, values: Mapping[str, Array]) -> Self:
+        """Return the rows with other values of some columns, without their low parts."""
+        lo = {key: x for key, x in self.lo.items() if key not in values}
+        return replace(self, values={**self.values, **values}, lo=lo)
+
     def at(self, rows: slice | NDArray[Any]) -> Self:
         """Return some of the rows, by a mask or by their indices."""
         values, lo = ({k: x[rows] for k, x in of.items()} for of in (self.values, self.lo))

@@ -37,7 +37,7 @@ def bounded(report: Report) -> Undone | None:
         ClippedColumn(key, tuple(of), finite(low), finite(high), is_right_within=False)
         for (key, low, high), of in by_key.items()
     )
-    parts = (m.part.only(m.part.values.keys() - keys) for m in report.maneuvers)
+    parts = (m.part.without(keys) for m in report.maneuvers)
     return Undone(tuple(seen), tuple(parts))
 
 

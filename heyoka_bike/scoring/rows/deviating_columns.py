@@ -31,7 +31,7 @@ from heyoka_bike.scoring.rows.column_faults import COLUMN_FAULTS, Deviation, ano
 from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
 from heyoka_bike.scoring.rows.scaled_columns import scaled
 from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, places, to_si
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.scores import ManeuverScore
 
 # Fields of evidence that state in which maneuvers or columns a fault is.
 _WHERE = {"maneuvers", "places"}
@@ -74,15 +74,9 @@ def deviating_columns(report: Report) -> Undone | None:
     )
     if not found or not _is_beside_right(report, found):
         return None
-    parts = []
-    for m in report.maneuvers:
-        values = dict(m.part.values)
-        lo = dict(m.part.lo)
-        for (n, key), deviation in found.items():
-            if n == m.maneuver:
-                values[key] = _corrected(m, m[key], deviation)
-                lo.pop(key, None)
-        parts.append(replace(m.part, values=values, lo=lo))
+    corrected = ((n, (key, _corrected(report[n], key, d))) for (n, key), d in found.items())
+    values = grouped(corrected)
+    parts = (m.part.rewritten(dict(values.get(m.maneuver, ()))) for m in report.maneuvers)
     return Undone(pairs_exchanged(_evidence(report, found)), tuple(parts), frozenset(found))
 
 
@@ -104,7 +98,7 @@ def _alike_everywhere(
 
 
 def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
-    """Drop numbers that differ between maneuvers; but not ratios that leave no visible error.
+    """Drop deviations whose numbers differ between maneuvers, except ratios that explain all.
 
     One program writes all maneuvers, so a true factor or delay is the same in all of them. An
     energy that lacks a part is near a different ratio in each maneuver.
@@ -182,11 +176,11 @@ def _is_far_better(error: float, wrong: float) -> bool:
     return error <= min(TOLERANCE, wrong / CLEARLY)
 
 
-def _corrected(m: ManeuverScore, c: ColumnScore, deviation: Deviation) -> Array:
+def _corrected(m: ManeuverScore, key: str, deviation: Deviation) -> Array:
     """Return the column without a deviation, in the unit and with the sign of the file."""
-    written = m.part.values[c.key]
+    written = m.part.values[key]
     meant = np.array(written)
-    meant[np.isfinite(written)] -= deviation.values / to_si(c)
+    meant[np.isfinite(written)] -= deviation.values / to_si(m[key])
     return meant
 
 

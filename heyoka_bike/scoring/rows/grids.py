@@ -115,7 +115,7 @@ def coarse_grids(report: Report) -> Undone | None:
         # The other columns are right and far more accurate. So the columns that are multiples of a
         # step add no information and are left out.
         on_grid = {key for _, key in steps}
-        parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
+        parts = [m.part.without(on_grid) for m in report.maneuvers]
     else:
         parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
     alike = grouped(((key, step), n) for (n, key), step in steps.items())

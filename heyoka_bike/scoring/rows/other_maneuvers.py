@@ -29,9 +29,7 @@ def numbers_of_another_maneuver(report: Report) -> Undone | None:
         return None
     # One maneuver may contain columns of several other maneuvers.
     keys = grouped((x.maneuver, key) for x in found for key in x.keys)
-    parts = (
-        m.part.only(m.part.values.keys() - {*keys.get(m.maneuver, [])}) for m in report.maneuvers
-    )
+    parts = (m.part.without(keys.get(m.maneuver, ())) for m in report.maneuvers)
     return Undone(tuple(found), tuple(parts))
 
 

@@ -112,7 +112,7 @@ def _without_wrong_rate(
     if len(wrong) != 1:
         return None
     parts = (
-        m.part.only(m.part.values.keys() - {wrong[0].key}) if m.maneuver in numbers else m.part
+        m.part.without({wrong[0].key}) if m.maneuver in numbers else m.part
         for m in report.maneuvers
     )
     return Undone(tuple(wrong), tuple(parts))

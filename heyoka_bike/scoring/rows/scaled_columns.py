@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio, Scaled
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, to_si
-from heyoka_bike.scoring.scores import ColumnScore
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
@@ -53,12 +53,11 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
     """Undo the factor and the offset of a column in all maneuvers."""
-    parts = []
-    for m in report.maneuvers:
-        values, lo = dict(m.part.values), dict(m.part.lo)
-        if seen.key in values and seen.key in m:
-            offset = seen.offset / to_si(m[seen.key])
-            values[seen.key] = (values[seen.key] - offset) / seen.factor
-            lo.pop(seen.key, None)
-        parts.append(replace(m.part, values=values, lo=lo))
-    return Undone((seen,), tuple(parts))
+
+    def right(m: ManeuverScore) -> Part:
+        if seen.key not in m.part.values or seen.key not in m:
+            return m.part
+        offset = seen.offset / to_si(m[seen.key])
+        return m.part.rewritten({seen.key: (m.part.values[seen.key] - offset) / seen.factor})
+
+    return Undone((seen,), tuple(map(right, report.maneuvers)))

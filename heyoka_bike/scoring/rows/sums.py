@@ -59,7 +59,7 @@ def own_sum(report: Report) -> Undone | None:
     for key in PARTS_OF_ENERGY:
         for seen, changes in _faults(report, key, sums):
             if all(x.is_explained(change) for x, change in zip(sums, changes, strict=True)):
-                parts = (m.part.only(m.part.values.keys() - {ENERGY}) for m in report.maneuvers)
+                parts = (m.part.without({ENERGY}) for m in report.maneuvers)
                 return Undone((seen,), tuple(parts))
     return None
 

@@ -135,7 +135,7 @@ def other_clocks(report: Report) -> Undone | None:
                 # Only the wrong columns belong to other times. All later steps leave them out.
                 keys = tuple(c.key for c in wrong.columns)
                 seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
-                part = part.only(part.values.keys() - {*keys})
+                part = part.without(keys)
         parts.append(part)
     return Undone(tuple(seen), tuple(parts)) if seen else None
 
