@@ -32,14 +32,14 @@ def opposite_pairs(maneuvers: Sequence[Columns], *, is_begun: bool) -> list[tupl
 
 
 def _continues(pairs: Sequence[tuple[str, str]], columns: Columns) -> bool:
-    """True if the first change of every angle is not larger than its rates explain."""
-    for angle, rate in pairs:
-        if angle in columns and rate in columns:
-            (time, values), (_, rates) = columns[angle], columns[rate]
-            largest = np.max(np.abs(rates[:2])) * np.ptp(time[:2])
-            if np.ptp(values[:2]) > 3 / 2 * largest:
-                return False
-    return True
+    """True if from the first row to the second no angle changes more than its rates explain."""
+
+    def is_small(angle: str, rate: str) -> bool:
+        (time, values), (_, rates) = columns[angle], columns[rate]
+        largest = np.max(np.abs(rates[:2])) * np.ptp(time[:2])
+        return bool(np.ptp(values[:2]) <= 3 / 2 * largest)
+
+    return all(is_small(*pair) for pair in pairs if columns.keys() >= {*pair})
 
 
 def _sign(angle: str, rate: str, maneuvers: Sequence[Columns]) -> int:

@@ -225,11 +225,9 @@ def with_steps_of_rows(runs: Sequence[Run], deadline: Deadline) -> Iterator[Inte
     step = runs[0].spacing
     before = _left(runs, [{name: np.zeros(1) for name in run.errors} for run in runs])
     found = []
-    for method in METHODS:
+    for method in (x for x in METHODS if x.order <= _LOW_ORDER):
         deadline.check()
-        is_tried = method.order <= _LOW_ORDER
-        made = _made(runs, method, step, _EVALUATIONS_OF_ROWS) if is_tried else ()
-        if made:
+        if made := _made(runs, method, step, _EVALUATIONS_OF_ROWS):
             found.append((before - _left(runs, made), method, made))
     least = max([log(CLEARLY), *(gain - log(CLEARLY) for gain, *_ in found)])
     for gain, method, made in sorted(found, key=lambda x: -x[0]):

@@ -279,7 +279,8 @@ class Pursuit:
             if not (self.seen and isinstance(x, NothingWrong) and x.signs is None)
             and not (is_late and isinstance(x, NoCauseFound))
         )  # fmt: skip
-        # The last answer may compare the error with the rounding of single precision.
+        # If the last answer compares the error with the rounding of single precision, do not report
+        # single precision a second time.
         is_compared = any(isinstance(x, SinglePrecision | SinglePrecisionBeside) for x in more)
         undone = (x for x in self.seen if not (is_compared and isinstance(x, SinglePrecision)))
         explained = self.explained | {getattr(x, "key", "") for x in self.seen}
@@ -331,22 +332,23 @@ def _end_of(pursuit: Pursuit) -> Answer:
         end = pursuit.answer or pursuit.of_motion()
     # If the time limit is reached from here on, this answer remains.
     pursuit.answer = end
-    is_contradicted = not causes_of(end.seen)
-    if is_contradicted:
-        causes = _by_consistent_rows(pursuit, end)
-    else:
+    has_cause = bool(causes_of(end.seen))
+    if has_cause:
         causes = causes_of(end.seen, is_incomplete=True)
+    else:
+        causes = _by_consistent_rows(pursuit, end)
+    faults: tuple[Evidence, ...] = ()
     beside = faults_beside(causes, pursuit.view, pursuit.reference, pursuit.simulator)
     if beside is not None:
-        judged = pursuit.of_rows(beside.parts, again(causes))
-    elif causes and is_contradicted:
+        faults, judged = beside.seen, pursuit.of_rows(beside.parts, again(causes))
+    elif causes and not has_cause:
         judged = pursuit.of_motion(with_output(causes[0]))
     else:
         return end
     if not any(isinstance(x, Explained) for x in judged.seen):
         # The causes do not explain the corrected rows either, so discard the corrections.
         return end
-    pursuit.seen += beside.seen if beside is not None else ()
+    pursuit.seen += faults
     return judged
 
 

@@ -598,9 +598,9 @@ def again(causes: Sequence[Causes]) -> Plan:
 
 
 def with_output(causes: Causes) -> Plan:
-    """Return the plan to judge causes that some rows or columns show, with a mistake of the output.
+    """Return the plan to judge causes together with each mistake of the output.
 
-    The other rows or columns contradict these causes.
+    Some rows or columns show these causes, and the others contradict them.
     """
     return _only(
         "with output",

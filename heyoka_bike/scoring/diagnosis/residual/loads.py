@@ -180,7 +180,10 @@ def _at(name: str, moving: Moving, windows: Windows) -> FittedLoad:
 
 
 def _where_it_acts(size: Array, weight: Array) -> Array:
-    """Return the magnitude of a size; 0 where it changes little, because it is uncertain there."""
+    """Return the magnitude of a size; 0 where the load changes the accelerations little.
+
+    There the size is uncertain.
+    """
     effect = np.abs(size) * weight
     return np.where(effect * CLEARLY > np.max(effect), np.abs(size), 0.0)
 

@@ -138,6 +138,7 @@ class Residual:
         self.equations = EQUATIONS[:count]
         self._pitch: dict[object, Array] = {}
         self._moving = lru_cache(2)(self._along_the_motions)
+        self._starts_shown = lru_cache(2)(self._back_to_the_start)
         self._places = tuple((m.number, name) for m in motions for name in self.equations)
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
         self._cuts = np.cumsum(np.repeat([len(m.windows) for m in motions], count))[:-1]
@@ -531,8 +532,11 @@ class Residual:
         self._deadline.check()
         return self.of(program)
 
-    def _starts_shown(self, causes: Sequence[Cause] = ()) -> dict[int, tuple[Array, Array]]:
-        """Initial states with their scatter, see `start_shown`, by maneuver that has first rows."""
+    def _back_to_the_start(self, causes: tuple[Cause, ...]) -> dict[int, tuple[Array, Array]]:
+        """Return initial states with their scatter, see `start_shown`.
+
+        They are those of a program with these causes, by maneuver that has first rows.
+        """
         motion = apply(self.program, causes).motion
         equations = equations_of(tuple(motion.bicycle.values.items()))
         amounts = dict(motion.amounts)
@@ -547,7 +551,7 @@ class Residual:
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Return mistakes with initial conditions nearer to the file's than the given ones are."""
-        shown = self._starts_shown()
+        shown = self._starts_shown(())
         own = {m.number: shown[m.number][0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
@@ -561,7 +565,7 @@ class Residual:
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
         return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_starts] if x < right]
 
-    def other_starts(self, causes: Sequence[Cause] = ()) -> list[FittedValues]:
+    def other_starts(self, causes: tuple[Cause, ...] = ()) -> list[FittedValues]:
         """Return the initial values, for each maneuver, that differ from the given ones.
 
         They are found by integrating the equations of a program with these causes back from the
