@@ -9,7 +9,7 @@ from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.cause_words import count_words
+from heyoka_bike.scoring.diagnosis.cause_words import count_words, inertia_words
 from heyoka_bike.scoring.diagnosis.conclusions import Integrator
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL, is_plausible
@@ -75,6 +75,23 @@ def test_a_force_is_not_called_a_parameter(names, said):
     assert count_words([FittedValue(name, None, 1.0, 0.0, 0.0) for name in names]) == said
 
 
+@pytest.mark.parametrize(
+    ("lost", "hint"),
+    [
+        # A part of 2 kg, moved by 0.1 m in x and 0.3 m in z.
+        ({"xx": 0.18, "zz": 0.02, "xz": 0.06}, "moving them"),
+        ({"xx": 0.18, "zz": 0.02, "xz": 0.10}, ""),
+        ({"xx": 0.10, "zz": -0.10, "xz": 0.05}, "rotated"),
+        ({"xx": 0.10, "zz": -0.05, "xz": 0.05}, ""),
+    ],
+)
+def test_a_pattern_in_inertias_is_stated_only_if_masses_can_make_it(lost, hint):
+    right = {"xx": 9.2, "zz": 2.8, "xz": 2.4}
+    found = [FittedValue(f"IB{k}", None, right[k] - x, right[k], 0.0) for k, x in lost.items()]
+    words = inertia_words(found)
+    assert hint in words if hint else not words
+
+
 def test_a_method_that_is_only_the_nearest_asks_for_no_smaller_step():
     method = Method("the implicit midpoint rule", 2, 0.01, True, 2.1, 20.0)
     nearest, sure = (Integrator((method,), x).message() for x in (False, True))
@@ -113,7 +130,8 @@ def test_an_answer_without_a_cause_has_twelve_lines_at_most(reference):
 def test_an_inertia_is_named_whole(simulator, right, reference):
     """The wrong program adds up inertias of parts without shifting them to the common centre of
     mass."""
-    wrong = {"IBxx": 7.4, "IByy": 9.1, "IBzz": 2.7, "IBxz": 2.85}
+    # Two parts: the square of the missing xz is the product of the missing xx and zz.
+    wrong = {"IBxx": 7.4, "IByy": 9.0, "IBzz": 2.6, "IBxz": 3.0}
     table = simulated(simulator, with_values(right, **wrong), KEYS)
     (found,) = diagnose(table, reference).diagnosis
     changes = {x["unknown"]: x["value"] for x in found.evidence["changes"][0]}

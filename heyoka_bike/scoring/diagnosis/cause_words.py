@@ -93,12 +93,25 @@ def inertia_words(found: Sequence[FittedValue]) -> str:
             f". The sum of Ixx and Izz is right, as if the inertia of the {body}, or of a part of "
             "it, were rotated"
         )
-    if all(x.value < x.right for axes, x in by_axes.items() if axes != "xz"):
+    if _are_of_masses_moved(by_axes):
         return (
             f". All these inertias are too small, as if those of the {body}'s parts were added "
             "without moving them to the common centre of mass"
         )
     return ""
+
+
+def _are_of_masses_moved(by_axes: Mapping[str, FittedValue]) -> bool:
+    """True if inertias of one body are too small as if masses in its plane lay nearer together.
+
+    The entries of the tensor that are missing then are sums of m dz^2, m dx^2 and m dx dz. So xz is
+    limited by the other two (the inequality of Cauchy and Schwarz), and yy falls, too.
+    """
+    lost = {axes: x.right - x.value for axes, x in by_axes.items()}
+    xx, zz = lost["xx"], lost["zz"]
+    is_of_plane = lost.get("yy", xx + zz) > 0.0
+    most = (1.0 + TOLERANCE) * xx * zz
+    return xx > 0.0 and zz > 0.0 and is_of_plane and lost.get("xz", 0.0) ** 2 <= most
 
 
 def _noun(x: FittedValue) -> str:

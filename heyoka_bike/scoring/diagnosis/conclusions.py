@@ -91,8 +91,7 @@ class Explained(Evidence):
         first, *others = self.hypotheses
         said = mistakes_words(first.mistakes)
         if first.found and self.rest is None:
-            said = f"{count_words(first.found)} the error: {said}"
-        said += inertia_words(first.found)
+            said = f"{count_words(first.found)} the error: {said}{inertia_words(first.found)}"
         if self.rank == 1:
             begins = "" if self.rest is None else "the nearest known cause: "
         else:
