@@ -255,7 +255,7 @@ def _written(file: FileUnderTest) -> list[Mistake]:
 
 
 def _by_library(search: Search) -> Iterable[Hypothesis]:
-    return search.file.judged(search.file.possible([(m,) for m in OF_MODEL]))
+    return search.file.judged(search.file.promising([(m,) for m in OF_MODEL]))
 
 
 def _shows_no_motion(search: Search) -> bool:
@@ -547,7 +547,9 @@ SEARCH = (
         "together",
         "which two mistakes explain more than each of them alone?",
         lambda search: not search.ends_early,
-        lambda search: search.file.judged(_pairs(search.file, [*search.found, *search.starts])),
+        lambda search: search.file.judged(
+            search.file.promising(_pairs(search.file, [*search.found, *search.starts]))
+        ),
     ),
     Trial(
         "starts",

@@ -31,7 +31,12 @@ from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear_motion import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start
-from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator, requested
+from heyoka_bike.scoring.diagnosis.programs.simulator import (
+    COARSE,
+    MotionRequest,
+    Simulator,
+    requested,
+)
 from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE_KEYS, in_si, observe
@@ -199,21 +204,36 @@ class FileUnderTest:
                 yield self._judge(*x, expected)
                 self.tried += 1
 
-    def possible(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
-        """Return the hypotheses that best explain the beginning of each maneuver.
+    def promising(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
+        """Return the hypotheses that are worth an accurate simulation of whole runs.
 
-        A cause of a whole run also explains its beginning, which takes less time to simulate.
+        A cause of a whole run also explains its beginning, which takes less time to simulate. The
+        causes that explain the beginnings best are then compared with whole runs. Both times the
+        simulation is only as accurate as this choice needs.
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
         if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
             # The file has too few rows at the beginning, so use all of its rows.
             parts = [p.part for p in self._parts]
-        begun = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
-        known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        kept = sorted(known, key=lambda h: -h.gain)[: THRESHOLDS.max_simulated]
-        self.tried += begun.tried - len(kept)
-        return [h.mistakes for h in kept]
+        begun = self._best(hypotheses, parts, 1.0 / AS_GOOD)[: THRESHOLDS.max_simulated]
+        whole = self._best([h.mistakes for h in begun], [p.part for p in self._parts], 0.0)
+        # The best few are needed even if they explain little: one of them may explain the file
+        # together with another mistake.
+        few = THRESHOLDS.max_leaders
+        kept = [h.mistakes for i, h in enumerate(whole) if i < few or h.gain > AS_GOOD]
+        self.tried += len(hypotheses) - len(kept)
+        return kept
+
+    def _best(
+        self, hypotheses: Sequence[tuple[Cause, ...]], parts: Sequence[Part], least: float
+    ) -> list[Hypothesis]:
+        """Judge hypotheses by some rows; return those with more than the least gain, best first."""
+        judge = FileUnderTest(parts, self._reference, Simulator(COARSE), (), self._deadline)
+        if max(judge.right.after.values(), default=0.0) < BY_FAR * COARSE.error:
+            judge = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
+        known = [h for h in judge.judged(hypotheses) if h.gain > least]
+        return sorted(known, key=lambda h: -h.gain)
 
     def _first_errors(self) -> float:
         """Return the time at which all maneuvers with a visible error have begun to show it [s].

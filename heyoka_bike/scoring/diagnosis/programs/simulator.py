@@ -33,24 +33,54 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 )
 from heyoka_bike.system.resources import benchmark_bicycle
 
-# Number of Gauss points per interval, and lengths of intervals [s]. With the first length the error
-# of the benchmark's motions is 1e-13. Intervals of half this length with 12 points have the same
-# error, but take twice the time. The second length is for motions that do not converge with the
-# first length: a steer axis may swing round within a few hundredths of a second.
-_GAUSS_POINTS, _INTERVALS = 16, (0.2, 0.1)
-# Maximum number of Newton iterations on an interval, and the relative change at which they end. A
-# further iteration would change the motion by only a millionth of that change.
-_MAX_NEWTON_STEPS, _SETTLED = 7, 1e-9
-# If the last Newton iteration changes a motion by more than this relative value, the motion has met
-# a singularity.
-_PART_LOST = 1e-6
+# Length of an interval [s].
+_INTERVAL = 0.2
+# If the last Newton iteration changes a motion by more than this many times the settled change, the
+# motion has met a singularity.
+_LOST = 1e3
 # An extrapolated first guess is used only if the motion changes in it by less than this many times
 # its change in the last interval.
 _FARTHER = 3.0
 _STATE_LENGTH = 7
-# Number of motions that are simulated together. More motions would not fit into the processor's
-# cache.
-_MOTIONS_AT_ONCE = 48
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """Accuracy of a simulation.
+
+    Attributes
+    ----------
+    error
+        Typical error relative to the size of a column.
+    points
+        Number of Gauss points per interval.
+    parts : tuple of int
+        Numbers of parts into which an interval is split. The second number is for motions that do
+        not converge with the first: a steer axis may swing round within a few hundredths of a
+        second.
+    iterations
+        Maximum number of Newton iterations on an interval.
+    settled
+        Relative change at which these iterations end. A further iteration would change the motion
+        by only a millionth of that change.
+    together
+        Number of motions that are simulated together. The processor's cache limits this number.
+    """
+
+    error: float
+    points: int
+    parts: tuple[int, ...]
+    iterations: int
+    settled: float
+    together: int
+
+
+FINE = Accuracy(1e-13, 16, (1, 2), 7, 1e-9, 48)
+"""For causes that are compared with the file. Intervals of half the length with 12 points have the
+same error, but take twice the time."""
+
+COARSE = Accuracy(1e-4, 6, (1,), 4, 1e-6, 144)
+"""For the choice of causes that are worth an accurate simulation. It takes a fifth of the time."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,7 +119,8 @@ _Constants = tuple[Array, float]
 class Simulator:
     """Simulator of motions; states that were computed are kept for later requests."""
 
-    def __init__(self) -> None:
+    def __init__(self, accuracy: Accuracy = FINE) -> None:
+        self._accuracy = accuracy
         # Equations that serve as a template: their constants are replaced with those of other
         # bicycles.
         self._any = Equations.of(read_bicycle(benchmark_bicycle()), Arrays())
@@ -143,12 +174,13 @@ class Simulator:
         }
         for kind in range(3):
             chosen = [k for k in new if kinds[k] == kind]
-            for i in range(0, len(chosen), _MOTIONS_AT_ONCE):
-                lost = chosen[i : i + _MOTIONS_AT_ONCE]
-                for length in _INTERVALS:
+            many = self._accuracy.together
+            for i in range(0, len(chosen), many):
+                lost = chosen[i : i + many]
+                for parts in self._accuracy.parts:
                     if not lost:
                         break
-                    made = self._nodes([new[k] for k in lost], length, deadline)
+                    made = self._nodes([new[k] for k in lost], parts, deadline)
                     self._known.update(zip(lost, made, strict=True))
                     lost = [k for k in lost if np.isnan(self._known[k]).any()]
         return constants
@@ -211,7 +243,7 @@ class Simulator:
             return
         asked = list(zip((motion, *others), constants, strict=True))
         equations, amounts, starts = self._side_by_side(asked)
-        apart, duration = starts[:, 1:] - starts[:, :1], _INTERVALS[0] * _intervals(motion)
+        apart, duration = starts[:, 1:] - starts[:, :1], _INTERVAL * _intervals(motion)
         deadline.check()
         nodes = _nodes_nearby(equations, amounts, apart, self._known[_key(motion)], duration)
         for k, (m, (found, _)) in enumerate(asked[1:]):
@@ -219,12 +251,13 @@ class Simulator:
             yield self._columns(m, found, _at(nodes[..., k], m.time, _intervals(m)))
 
     def _nodes(
-        self, asked: Sequence[tuple[MotionRequest, _Constants]], length: float, deadline: Deadline
+        self, asked: Sequence[tuple[MotionRequest, _Constants]], parts: int, deadline: Deadline
     ) -> Iterator[Array]:
         """Compute the states of motions, see `_nodal_states`."""
-        each = round(_INTERVALS[0] / length)
-        counts = [each * _intervals(m) for m, _ in asked]
-        nodes = _nodal_states(*self._side_by_side(asked), max(counts), length, deadline)
+        counts = [parts * _intervals(m) for m, _ in asked]
+        nodes = _nodal_states(
+            *self._side_by_side(asked), max(counts), _INTERVAL / parts, self._accuracy, deadline
+        )
         for k, count in enumerate(counts):
             yield nodes[:count, ..., k]
 
@@ -279,51 +312,51 @@ def _constants(values: ParameterValues) -> _Constants | None:
 
 
 @cache
-def _points() -> tuple[Array, ...]:
+def _points(count: int) -> tuple[Array, ...]:
     """Return Gauss points, and integrals of their Lagrange polynomials from 0 to each and to 1."""
-    x = np.asarray(leggauss(_GAUSS_POINTS)[0], np.float64)
-    basis = np.linalg.inv(chebvander(x, _GAUSS_POINTS - 1))
-    integrals = chebint(np.eye(_GAUSS_POINTS), lbnd=-1, scl=0.5)
-    within = chebvander(x, _GAUSS_POINTS) @ integrals @ basis
-    whole = np.ones(_GAUSS_POINTS + 1) @ integrals @ basis
+    x = np.asarray(leggauss(count)[0], np.float64)
+    basis = np.linalg.inv(chebvander(x, count - 1))
+    integrals = chebint(np.eye(count), lbnd=-1, scl=0.5)
+    within = chebvander(x, count) @ integrals @ basis
+    whole = np.ones(count + 1) @ integrals @ basis
     return tuple(np.asarray(m, np.float64) for m in ((x + 1) / 2, within, whole))
 
 
 @cache
-def _through() -> Array:
+def _through(count: int) -> Array:
     """Return the matrix from values at 0 and the Gauss points to Chebyshev coefficients."""
-    inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
+    inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points(count)[0]]), count))
     return np.asarray(inverse, np.float64)
 
 
-def _basis(place: Array) -> Array:
-    """Evaluate the Chebyshev polynomials at places of an interval, 0 to 1."""
-    return np.asarray(chebvander(2 * place - 1, _GAUSS_POINTS), np.float64)
+def _basis(place: Array, count: int) -> Array:
+    """Evaluate the Chebyshev polynomials up to a degree at places of an interval, 0 to 1."""
+    return np.asarray(chebvander(2 * place - 1, count), np.float64)
 
 
 def _intervals(motion: MotionRequest) -> int:
-    """Return the number of intervals of length `_INTERVALS[0]` up to the end of a motion."""
-    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
+    """Return the number of intervals of length `_INTERVAL` up to the end of a motion."""
+    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVAL - 1e-9)))
 
 
 def _nodal_states(
     equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float,
-    deadline: Deadline,
+    accuracy: Accuracy, deadline: Deadline,
 ) -> Array:  # fmt: skip
     """Simulate motions; return states at the beginning and the Gauss points of each interval.
 
     The shape is (intervals, 1 + points, 7, motions).
     """
-    x, integral, whole = _points()
-    n = start.shape[1]
-    found = np.full((count, _GAUSS_POINTS + 1, _STATE_LENGTH, n), np.nan)
-    ahead = _basis(1.0 + x) @ _through()
-    identity = np.eye(_GAUSS_POINTS * _STATE_LENGTH)
-    y, guess = start, np.repeat(start[None], _GAUSS_POINTS, axis=0)
+    points, n = accuracy.points, start.shape[1]
+    x, integral, whole = _points(points)
+    found = np.full((count, points + 1, _STATE_LENGTH, n), np.nan)
+    ahead = _basis(1.0 + x, points) @ _through(points)
+    identity = np.eye(points * _STATE_LENGTH)
+    y, guess = start, np.repeat(start[None], points, axis=0)
     with np.errstate(all="ignore"):
         for i in range(count):
             deadline.check()
-            for _ in range(_MAX_NEWTON_STEPS):
+            for _ in range(accuracy.iterations):
                 f, slopes = _rates(equations, amounts, guess)
                 left = guess - y - h * np.tensordot(integral, f, 1)
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
@@ -336,9 +369,9 @@ def _nodal_states(
                 change = np.where(good, change, 0.0).reshape(guess.shape)
                 guess = guess - change
                 error = np.where(good, np.max(np.abs(change) / (1 + np.abs(guess)), (0, 1)), 0.0)
-                if np.max(error) < _SETTLED:
+                if np.max(error) < accuracy.settled:
                     break
-            is_lost = ~good | ~(error < _PART_LOST)
+            is_lost = ~good | ~(error < _LOST * accuracy.settled)
             guess[..., is_lost] = np.nan
             if is_lost.all():
                 break
@@ -363,26 +396,27 @@ def _nodes_nearby(
     `equations` and `amounts` are those of the motion with the states `nodes`, then those of the
     motions nearby. `starts` has the differences of their initial states, shape (7, motions).
     """
-    _, integral, whole = _points()
+    points = nodes.shape[1] - 1
+    _, integral, whole = _points(points)
     count, h = len(nodes), duration / len(nodes)
     found = np.full((*nodes.shape, starts.shape[1]), np.nan)
     y = list(nodes[:, 1:].reshape(-1, _STATE_LENGTH).T[..., None])
     with np.errstate(all="ignore"):
         made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
         rates = np.array(np.broadcast_arrays(*made)).reshape(
-            _STATE_LENGTH, count, _GAUSS_POINTS, -1
+            _STATE_LENGTH, count, points, -1
         )
         off = np.moveaxis(rates[..., 1:] - rates[..., :1], 0, 2)
         one = equations.convert(lambda x: x[:1] if np.ndim(x) else x, equations.a)
         first = {name: x[:1] for name, x in amounts.items()}
         slopes = _rates(one, first, nodes[:, 1:].reshape(-1, _STATE_LENGTH, 1))[1][..., 0]
-    slopes = slopes.reshape(count, _GAUSS_POINTS, _STATE_LENGTH, _STATE_LENGTH)
+    slopes = slopes.reshape(count, points, _STATE_LENGTH, _STATE_LENGTH)
     for i in range(count):
         if not (np.isfinite(slopes[i]).all() and np.isfinite(off[i]).all()):
             break
-        matrix = np.eye(_GAUSS_POINTS * _STATE_LENGTH) - h * np.einsum(
+        matrix = np.eye(points * _STATE_LENGTH) - h * np.einsum(
             "ij,jab->iajb", integral, slopes[i]
-        ).reshape(_GAUSS_POINTS * _STATE_LENGTH, -1)
+        ).reshape(points * _STATE_LENGTH, -1)
         right = starts + h * np.tensordot(integral, off[i], 1)
         apart = np.linalg.solve(matrix, right.reshape(len(matrix), -1)).reshape(right.shape)
         found[i] = nodes[i][..., None] + np.concatenate([starts[None], apart])
@@ -423,9 +457,10 @@ def _rates(
 
 def _at(nodes: Array, time: Array, refinement: int) -> Array:
     """Interpolate states at some times, shape (7, times), from (intervals, points, 7)."""
-    place = time / (_INTERVALS[0] * refinement) * len(nodes)
+    points = nodes.shape[1] - 1
+    place = time / (_INTERVAL * refinement) * len(nodes)
     i = np.clip(place.astype(int), 0, len(nodes) - 1)
-    weights = _basis(place - i) @ _through()
+    weights = _basis(place - i, points) @ _through(points)
     found: Array = np.einsum("tp,tps->st", weights, nodes[i])
     return found
 
