@@ -59,6 +59,24 @@ def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
     )
 
 
+def _spin_by(code: str, wheel: str, spin: str, own: str, other: str) -> Mistake:
+    """Make a mistake that computes the initial spin of one wheel with the other wheel's radius.
+
+    The other initial velocities are right. So the wheel slips until the constraints act.
+    """
+
+    def make(program: Program) -> Program:
+        lengths = program.motion.bicycle
+        ratio = float(lengths[own]) / float(lengths[other])
+        starts = {n: replace(s, **{spin: ratio}) for n, s in program.motion.starts.items()}
+        return program.moving(starts=starts)
+
+    says = f"only the {wheel} wheel starts with the spin that belongs to the other wheel's radius"
+    return Mistake(
+        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
+    )
+
+
 def _spin_kept(code: str, rear: str) -> Mistake:
     """Make a mistake that exchanges wheels or radii, but keeps the rear wheel's initial spin."""
     (exchange,) = (m for m in MODEL_MISTAKES if m.code == code)
@@ -119,13 +137,13 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   lambda s: replace(s, added=((_ROLL, s.roll_rate),), roll_rate=0.0)),
     start_mistake("front_wheel_at_rest", "the front wheel starts without spin",
                   "the initial angular velocity of the front wheel",
-                  lambda s: replace(s, spinning=s.spinning - frozenset("F"))),
+                  lambda s: replace(s, front_spin=0.0)),
     start_mistake("rear_wheel_at_rest", "the rear wheel starts without spin",
                   "the initial angular velocity of the rear wheel",
-                  lambda s: replace(s, spinning=s.spinning - frozenset("R"))),
+                  lambda s: replace(s, rear_spin=0.0)),
     start_mistake("wheels_at_rest", "both wheels start without spin",
                   "the initial angular velocities of the wheels",
-                  lambda s: replace(s, spinning=frozenset())),
+                  lambda s: replace(s, rear_spin=0.0, front_spin=0.0)),
     start_mistake("speed_of_centre", "the initial speed is that of the centre of mass",
                   "the point whose speed is set: the rear hub",
                   lambda s: replace(s, speed_of_centre=True)),
@@ -135,6 +153,8 @@ START_MISTAKES: tuple[Mistake, ...] = (
               "radius of the front wheel", "rR", "rF"),
     _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
               "radius of the rear wheel", "rF", "rR"),
+    _spin_by("rear_spin_by_front_radius", "rear", "rear_spin", "rR", "rF"),
+    _spin_by("front_spin_by_rear_radius", "front", "front_spin", "rF", "rR"),
     _spin_kept("wheels_exchanged", "one"),
     _spin_kept("radii_exchanged", "wheel"),
 )  # fmt: skip
@@ -142,6 +162,7 @@ START_MISTAKES: tuple[Mistake, ...] = (
 
 VIOLATING = frozenset(
     ("roll_of_frame_only", "roll_without_wheels", "roll_about_centre", "roll_without_translation",
-     "front_wheel_at_rest", "rear_wheel_at_rest", "wheels_at_rest")
+     "front_wheel_at_rest", "rear_wheel_at_rest", "wheels_at_rest",
+     "rear_spin_by_front_radius", "front_spin_by_rear_radius")
 )  # fmt: skip
 """Codes of the mistakes whose initial velocities violate the rolling constraints."""

@@ -83,8 +83,8 @@ class Start:
         [m/s], [rad/s]
     rolling
         Bodies that start with the roll rate.
-    spinning
-        Wheels that start with spin; other wheels only translate.
+    rear_spin, front_spin
+        Initial spin of each wheel, relative to the speed divided by its radius.
     about_centre
         True if the roll is about a line through the centre of mass, not about one on the ground.
     speed_of_centre
@@ -100,7 +100,8 @@ class Start:
     speed: float
     roll_rate: float
     rolling: frozenset[str] = frozenset(BODIES)
-    spinning: frozenset[str] = frozenset("RF")
+    rear_spin: float = 1.0
+    front_spin: float = 1.0
     about_centre: bool = False
     speed_of_centre: bool = False
     falling: bool = True
@@ -315,10 +316,11 @@ def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
     speed = start.speed
     if start.speed_of_centre:
         speed = float(np.sqrt(max(speed**2 - (start.roll_rate * centre) ** 2, 0.0)))
+    spins = {"R": start.rear_spin, "F": start.front_spin}
     given: dict[str, Vector] = {}
     for b in BODIES:
         rate = start.roll_rate if b in start.rolling else 0.0
-        spin = -speed / float(bicycle[f"r{b}"]) if b in start.spinning else 0.0
+        spin = -spins[b] * speed / float(bicycle[f"r{b}"]) if b in spins else 0.0
         arm = sideways[b] - (centre if start.about_centre else 0.0)
         turn = m.axes.to_rear if b in "RB" else m.axes.to_front
         given[f"v_{b}"] = (speed, rate * arm if start.falling else 0.0, 0.0)
