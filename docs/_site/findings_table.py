@@ -1,10 +1,12 @@
 """The table of findings in docs/reference/findings.md: codes, severities and what was seen.
 
-Each class of evidence has its code. Run as a script, this writes the table.
+Each class of evidence below `heyoka_bike.scoring` has its code. Run as a script, this writes the
+table.
 """
 
 import ast
 import inspect
+import pkgutil
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -12,16 +14,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from heyoka_bike.scoring.diagnosis import conclusions
+import heyoka_bike.scoring
+from heyoka_bike.scoring.diagnosis.conclusions import BesideCause
 from heyoka_bike.scoring.evidence.base import Evidence
 from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
 _SEVERITIES = ("info", "warning")
-_MODULES = (
-    "as_read", "as_compared", "column_meaning", "contradictions", "several_runs", "output_faults",
-    "error_shape",
-)  # fmt: skip
 
 
 class Code(NamedTuple):
@@ -66,26 +65,25 @@ def _literal_keys(made: ast.expr | None) -> Iterator[str]:
         yield from (key.value for key in made.keys if isinstance(key, ast.Constant))
 
 
-def classes() -> dict[str, type]:
-    """The classes of evidence by name, in the order of `_MODULES`, then those of the diagnosis."""
-    modules = [import_module(f"heyoka_bike.scoring.evidence.{name}") for name in _MODULES]
-    return {
-        name: x
-        for module in (*modules, conclusions)
-        for name, x in vars(module).items()
+@cache
+def classes() -> list[type[Evidence]]:
+    """The classes of evidence of all modules."""
+    package = heyoka_bike.scoring
+    found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    return [
+        x
+        for module in [import_module(info.name) for info in found]
+        for x in vars(module).values()
         if isinstance(x, type) and issubclass(x, Evidence) and x.__module__ == module.__name__
         # The code of `BesideCause` is that of the finding that it contains.
-        if x is not conclusions.BesideCause
-    }
+        if x is not BesideCause
+    ]
 
 
-def findings() -> dict[str, list[Code]]:
+def findings() -> dict[type[Evidence], list[Code]]:
     """The codes of each class of evidence that has a sentence."""
-    every = {}
-    for name, x in classes().items():
-        if codes := dict.fromkeys(_codes_of_class(x)):
-            every[name] = [*codes]
-    return every
+    every = {x: [*dict.fromkeys(_codes_of_class(x))] for x in classes()}
+    return {x: codes for x, codes in every.items() if codes}
 
 
 @cache
@@ -125,15 +123,16 @@ def _returned_keys(
         yield from _keys(ast.keyword(arg=None, value=made), method, module)
 
 
-def _line(name: str, code: Code) -> str:
-    about = inspect.getdoc(classes()[name]).partition("\n\n")
+def _line(code: Code, x: type[Evidence]) -> str:
+    about = inspect.getdoc(x).partition("\n\n")
     keys = ", ".join(f"`{key}`" for key in code.keys)
     return f"| `{code.code}` | {code.severity} | {' '.join(about[0].split())} | {keys} |"
 
 
 def table() -> str:
-    """The table in Markdown."""
-    lines = (_line(name, code) for name, codes in findings().items() for code in codes)
+    """The table in Markdown, in the order of the codes."""
+    every = [(code, x) for x, codes in findings().items() for code in codes]
+    lines = (_line(*each) for each in sorted(every, key=lambda each: (each[0], each[1].__name__)))
     head = ["| code | severity | what was seen | in JSON |", "|---|---|---|---|"]
     return "\n".join([*head, *lines])
 
