@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis import visible_faults
+from heyoka_bike.scoring.diagnosis.wrong_columns import faults_in_other_columns
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.wording import finding_text
 
@@ -17,7 +17,7 @@ HEADINGS = {
 
 def beside(report):
     """The findings on columns that are not the benchmark's."""
-    return finding_text.findings(visible_faults.faults_in_other_columns(report))
+    return finding_text.findings(faults_in_other_columns(report))
 
 
 def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):

@@ -6,7 +6,7 @@ import pytest
 
 from heyoka_bike.scoring.diagnosis import numerical
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.visible_faults import columns_apart
+from heyoka_bike.scoring.diagnosis.wrong_columns import columns_apart
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

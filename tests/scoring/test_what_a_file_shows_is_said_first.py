@@ -12,7 +12,7 @@ from generators.correct_programs import fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
-from heyoka_bike.scoring.diagnosis import visible_faults
+from heyoka_bike.scoring.diagnosis import visible_faults, wrong_columns
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.rows.wrong_times import own_times as other_times
@@ -28,7 +28,7 @@ def shown(report):
 
 
 def columns_apart(report):
-    seen = visible_faults.columns_apart(report)
+    seen = wrong_columns.columns_apart(report)
     return None if seen is None else seen.finding()
 
 

@@ -31,6 +31,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, Numerica
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
+from heyoka_bike.scoring.diagnosis.wrong_columns import columns_apart
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
     BeginsAs,
@@ -115,7 +116,7 @@ def answers(
     # better.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
-    whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
+    whole = columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
         # If only these columns are wrong, their wrong first rows indicate wrong output, not wrong

@@ -44,6 +44,7 @@ from heyoka_bike.scoring.diagnosis.search import (
     again,
     with_output,
 )
+from heyoka_bike.scoring.diagnosis.wrong_columns import columns_apart, faults_in_other_columns
 from heyoka_bike.scoring.evidence.as_compared import (
     ConstantColumns,
     ConstantInMotion,
@@ -218,7 +219,7 @@ class Pursuit:
             found = replace(found, is_whole=found.is_whole and other.is_whole)
         if any(isinstance(x, NothingToDiagnose) for x in found.seen):
             return found
-        more = visible_faults.faults_in_other_columns(report, unknown)
+        more = faults_in_other_columns(report, unknown)
         if any(isinstance(x, NothingWrong) for x in found.seen):
             # Report the columns that are wrong before those that are right.
             return replace(found, seen=(*more, _right(report, keys)))
@@ -253,7 +254,7 @@ class Pursuit:
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the other columns are written wrongly.
-        if visible_faults.columns_apart(asked) is not None:
+        if columns_apart(asked) is not None:
             plan = ONLY_OUTPUT
         found = explain(
             parts, self.reference, simulator=self.simulator, plan=plan,

@@ -199,7 +199,7 @@ def _own_times(m: ManeuverScore, wrong: WrongColumns) -> tuple[Array, RowTimes] 
         and np.mean(is_off[np.argmax(is_off) :]) > MOST_ROWS
     ):
         # All rows from some time on have the same shift, which is simpler than a time for each row.
-        # `visible_faults` reports this departure.
+        # `diagnosis.departures` reports this shift.
         return None
     written, most = rows.time[is_off], int(np.argmax(np.abs(ahead)))
     return meant, RowTimes(
