@@ -1,4 +1,8 @@
-"""Find columns that stay at a bound, whatever the motion is."""
+"""Find columns that stay at a bound.
+
+The file itself shows a bound, whatever its motion is (`bounded`). Comparison with the exact values
+shows whether the values within the bounds are right (`clipped`).
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,8 @@ from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import Undone, finite, floor_of, places
-from heyoka_bike.scoring.scores import ColumnScore
+from heyoka_bike.scoring.rows.table import Deviation, Undone, finite, floor_of, places
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
@@ -71,3 +75,17 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
         steps = np.minimum(np.abs(at[inner] - at[inner - 1]), np.abs(at[inner + 1] - at[inner]))
         bounds.append(bound if len(inner) and np.max(steps) > least else inf)
     return (bounds[0], bounds[1]) if np.any(np.isfinite(bounds)) else None
+
+
+def clipped(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
+    """Describe a column as the exact values clipped at its own smallest and largest value."""
+    value, right = c.trace.value, c.trace.reference
+    low, high = float(np.min(value)), float(np.max(value))
+    least = c.hidden
+    low = low if np.min(right) < low - least else -np.inf
+    high = high if np.max(right) > high + least else np.inf
+    clipped = np.minimum(np.maximum(right, low), high)
+    # The exact values replace the rows at a bound, because the bound hides the motion there.
+    deviation = np.where(clipped == right, 0.0, clipped - right)
+    bounds = finite(low), finite(high)
+    return Deviation(deviation, ClippedColumn(c.key, (m.maneuver,), *bounds, is_right_within=True))

@@ -27,10 +27,18 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.column_faults import COLUMN_FAULTS, Deviation, another
+from heyoka_bike.scoring.rows.column_faults import COLUMN_FAULTS
+from heyoka_bike.scoring.rows.other_columns import another
 from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
 from heyoka_bike.scoring.rows.scaled_columns import scaled
-from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, places, to_si
+from heyoka_bike.scoring.rows.table import (
+    Deviation,
+    Undone,
+    floor_of,
+    is_right_column,
+    places,
+    to_si,
+)
 from heyoka_bike.scoring.scores import ManeuverScore
 
 # Fields of evidence that state in which maneuvers or columns a fault is.
@@ -106,9 +114,9 @@ def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
     refuted = {
         key
         for key, each in grouped((key, d) for (_, key), d in found.items()).items()
-        if any(d.is_of_program for d in each) and not _agree([d.evidence for d in each])
+        if any(d.is_of_program for d in each) and not _agree([d.seen for d in each])
     }
-    ratios = grouped((key, n) for (n, key), d in found.items() if _is_whole_ratio(d.evidence))
+    ratios = grouped((key, n) for (n, key), d in found.items() if _is_whole_ratio(d.seen))
     for key, numbers in ratios.items():
         columns = {n: report[n][key] for n in numbers}
         left = {n: c.trace.error - found[n, key].values for n, c in columns.items()}
@@ -154,7 +162,7 @@ def _without_exchanged_everywhere(
     every = {
         key for key, places in report.by_column().items()
         if all((m.maneuver, key) in found
-               and isinstance(x := found[m.maneuver, key].evidence, OtherColumn)
+               and isinstance(x := found[m.maneuver, key].seen, OtherColumn)
                and x.of_maneuver is None for m, _ in places)
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in every}
@@ -188,7 +196,7 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Yield the evidence of deviations, joined if it differs only in maneuver or column."""
     exchanged = _other_maneuvers(report, found)
     yield from (MisplacedManeuver(n, of) for n, of in exchanged.items())
-    seen = {place: d.evidence for place, d in found.items() if place[0] not in exchanged}
+    seen = {place: d.seen for place, d in found.items() if place[0] not in exchanged}
     alike = grouped((_rounded(x), place) for place, x in seen.items())
     keys = [*dict.fromkeys(key for _, key in seen)]
 
@@ -234,5 +242,5 @@ def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:
 
 def _maneuver_of(key: str, deviation: Deviation | None) -> int | None:
     """Return the other maneuver whose values a column has; None if it has other values."""
-    x = deviation and deviation.evidence
+    x = deviation and deviation.seen
     return x.of_maneuver if isinstance(x, OtherColumn) and x.other == key else None

@@ -1,19 +1,22 @@
-"""Fit a factor and an offset that explain a column, and undo them."""
+"""Find columns that are a factor times the exact values, plus an offset, and undo both."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio, Scaled
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import Undone, to_si
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.rows.table import Deviation, Undone, finite, to_si
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Trace
+from heyoka_bike.scoring.units import unit_told_by
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
@@ -49,6 +52,49 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
         if len(value) > count and all(explains(fit, c, count) for c in columns):
             return fit
     return None
+
+
+def ratio(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
+    """Describe a column as the exact values with a factor or an offset, or with both."""
+    fit = scaled([c])
+    if fit is None:
+        return None
+    right = c.trace.reference
+    return Deviation(fit.factor * right + fit.offset - right, _column_ratio(m, c, fit))
+
+
+def ratio_for_a_time(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
+    """Describe a column as right, but with a factor or an offset within one time interval."""
+    time, error = c.trace.time, np.abs(c.trace.error)
+    # The error before and after this time may be that of an integrator.
+    least = max(c.hidden, float(np.max(error)) / BY_FAR**2)
+    wrong = np.flatnonzero(error > least)
+    if len(wrong) < MIN_ROWS_FOR_SHAPE:
+        return None
+    rows = slice(wrong[0], wrong[-1] + 1)
+    within = Trace(time[rows], c.trace.value[rows], c.trace.error[rows])
+    if np.ptp(within.value) == 0.0:
+        return None
+    fit = scaled([replace(c, trace=within, values=len(within.time))])
+    if fit is None:
+        return None
+    right = c.trace.reference
+    deviation = fit.factor * right + fit.offset - right
+    # Rows near zero are right with and without the factor.
+    is_off = np.abs(c.trace.error - deviation) > least
+    first = float(time[rows.start]) if is_off[: rows.start].any() else -np.inf
+    last = float(time[rows.stop - 1]) if is_off[rows.stop :].any() else np.inf
+    deviation[(time < first) | (time > last)] = 0.0
+    seen = replace(_column_ratio(m, c, fit), since=finite(first), until=finite(last))
+    return Deviation(deviation, seen)
+
+
+def _column_ratio(m: ManeuverScore, c: ColumnScore, fit: Scaled) -> ColumnRatio:
+    """Return the evidence of a factor and an offset in all rows."""
+    unit = None
+    if not fit.offset:
+        unit = unit_told_by(fit.factor, c.unit, c.as_understood.unit, TOLERANCE)
+    return ColumnRatio(c.key, (m.maneuver,), fit.factor, fit.offset, unit)
 
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:

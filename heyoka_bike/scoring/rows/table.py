@@ -1,4 +1,7 @@
-"""The result of a row check (`Undone`), and functions on columns that several checks use."""
+"""The results of a row check (`Undone`) and of a fault of a column (`Deviation`).
+
+Further, functions on columns that several checks use.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import Remainder
@@ -42,6 +46,27 @@ class Undone:
 
 Check = Callable[[Report], Undone | None]
 """A function that looks for one kind of change in the rows of a report; None if it sees none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """The difference from the exact values that one simple fault makes in a column [SI].
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Value with the fault - exact value; NaN in rows where the fault determines no value.
+    seen : Evidence
+        The fault in this column of this maneuver. Evidence of several maneuvers that differs only
+        in its place is reported once.
+    is_of_program
+        True if one program makes this fault in all maneuvers with the same numbers. Such a
+        deviation is dropped if the numbers of the maneuvers differ.
+    """
+
+    values: Array
+    seen: Evidence
+    is_of_program: bool = False
 
 
 def worst(report: Report) -> Remainder:
