@@ -67,11 +67,11 @@ def test_the_page_says_what_to_do_about_every_fault_that_a_diagnosis_finds():
     package = heyoka_bike.scoring.rows
     found = pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
     checks = [importlib.import_module(x.name) for x in found]
-    makers = "heyoka_bike.scoring.diagnosis.", "heyoka_bike.scoring.evidence.output_faults"
     reported = {
         code.code
         for x, codes in module(DOCS / "_site" / "findings_table.py").findings().items()
-        if x.__module__.startswith(makers) or any(vars(c).get(x.__name__) is x for c in checks)
+        if x.__module__.startswith("heyoka_bike.scoring.diagnosis.")
+        or any(vars(c).get(x.__name__) is x for c in checks)
         for code in codes
     }
     rows = re.findall(r"^\| (`.+?) \|", (DOCS / "diagnosis.md").read_text("utf-8"), re.MULTILINE)

@@ -21,8 +21,8 @@ from heyoka_bike.scoring.diagnosis import budget as budgets
 from heyoka_bike.scoring.diagnosis import pursue
 from heyoka_bike.scoring.diagnosis.budget import Budget, BudgetSpentError, Watch
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.evidence.output_faults import Mirrored
 from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.rows.maneuvers import Mirrored
 from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.system.resources import data_folder
 

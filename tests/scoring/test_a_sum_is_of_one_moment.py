@@ -9,8 +9,8 @@ from generators.published_columns import side_by_side
 from generators.simulated_tables import right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
-from heyoka_bike.scoring.evidence.output_faults import OtherMoment, PartMultiplied
 from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
+from heyoka_bike.scoring.rows.other_moments import OtherMoment, PartMultiplied
 from heyoka_bike.scoring.rows.sums import own_sum
 from heyoka_bike.scoring.score import score
 

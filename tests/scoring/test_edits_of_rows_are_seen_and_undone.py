@@ -12,15 +12,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.rows_between import RowsBetween
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
-from heyoka_bike.scoring.evidence.output_faults import (
-    HalfPrecision,
-    OtherColumn,
-    RateOfOtherRow,
-    RowsBetween,
-    RowsReversed,
-    SingleRows,
-)
 from heyoka_bike.scoring.rows.deviating_columns import deviating_columns
 from heyoka_bike.scoring.rows.edits import (
     Clock,
@@ -32,10 +25,11 @@ from heyoka_bike.scoring.rows.edits import (
     meant_times,
     written,
 )
-from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
-from heyoka_bike.scoring.rows.maneuvers import reversed_rows
-from heyoka_bike.scoring.rows.rates import exchanged, shifted_rate
-from heyoka_bike.scoring.rows.single_rows import single_rows
+from heyoka_bike.scoring.rows.grids import HalfPrecision, coarse_grids, few_bits
+from heyoka_bike.scoring.rows.maneuvers import RowsReversed, reversed_rows
+from heyoka_bike.scoring.rows.other_columns import OtherColumn
+from heyoka_bike.scoring.rows.rates import RateOfOtherRow, exchanged, shifted_rate
+from heyoka_bike.scoring.rows.single_rows import SingleRows, single_rows
 from heyoka_bike.scoring.rows.wrong_times import other_clocks, own_times
 from heyoka_bike.scoring.score import score
 

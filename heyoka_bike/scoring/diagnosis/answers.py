@@ -22,7 +22,13 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
     TorqueLaw,
     UnitsBeside,
 )
-from heyoka_bike.scoring.diagnosis.energies import is_of_motions, of_contact, of_other_motions
+from heyoka_bike.scoring.diagnosis.departures import Departs
+from heyoka_bike.scoring.diagnosis.energies import (
+    EnergyOfOtherMotion,
+    is_of_motions,
+    of_contact,
+    of_other_motions,
+)
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
@@ -31,7 +37,9 @@ from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, Numerica
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
-from heyoka_bike.scoring.diagnosis.wrong_columns import columns_apart
+from heyoka_bike.scoring.diagnosis.rows_between import RowsBetween
+from heyoka_bike.scoring.diagnosis.visible_faults import AnotherStart
+from heyoka_bike.scoring.diagnosis.wrong_columns import ColumnsApart, columns_apart
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
     BeginsAs,
@@ -43,20 +51,13 @@ from heyoka_bike.scoring.evidence.error_shape import (
     TooFar,
     WorkFromStart,
 )
-from heyoka_bike.scoring.evidence.output_faults import (
-    AnotherStart,
-    ColumnOfAnotherManeuver,
-    ColumnsApart,
-    Departs,
-    EnergyOfOtherMotion,
-    RowsBetween,
-    RowsRepeated,
-)
 from heyoka_bike.scoring.findings import maneuvers
 from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.maneuvers import RowsRepeated
+from heyoka_bike.scoring.rows.other_maneuvers import ColumnOfAnotherManeuver
 
 # Key of the column that contains each initial value, by the name of this value.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE_KEYS, strict=True)}

@@ -1,6 +1,6 @@
 """Conclusions of a diagnosis, as evidence: causes, integrators, and that nothing explains a file.
 
-Evidence that needs no simulation is in `scoring.evidence`.
+Evidence that needs no simulation is defined in the modules that find it, or in `scoring.evidence`.
 """
 
 from __future__ import annotations

@@ -1,13 +1,15 @@
 """Find where a motion that is right at first departs from the exact motion."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
-from heyoka_bike.scoring.evidence.output_faults import Departs
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers, named, together
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
@@ -18,6 +20,82 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # An error that begins at the start of the run grows at most with this power of time.
 _LARGEST_POWER = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Departs(Evidence):
+    """A motion is right up to some row, and soon after this row its error is 100 times larger.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    t_right, times : tuple of float
+        By maneuver: times of the last right row, and of the first row that is far off [s].
+    before, after
+        Largest error until `t_right`, and the largest error at `times`, relative to the scales.
+    t_back
+        Time of the last row that is off, if later rows are right again [s]; otherwise None.
+    shift
+        If the later rows are the exact motion at shifted times: exact time - written time [s].
+        Otherwise None.
+    keys : tuple of str
+        The columns with only one definition, if only these show it; otherwise empty.
+    """
+
+    maneuvers: tuple[int, ...]
+    t_right: tuple[float, ...]
+    times: tuple[float, ...]
+    before: float
+    after: float
+    t_back: float | None = None
+    shift: float | None = None
+    keys: tuple[str, ...] = ()
+
+    code = "departs"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.t_back is not None:
+            what = (
+                f", and the rows until {self.t_back:.6g} s are wrong. All later rows are right: "
+                "look only at the wrong ones"
+            )
+        elif self.shift is not None:
+            why = "skipped" if self.shift > 0.0 else "repeated"
+            what = (
+                f". From there on, rows contain the exact motion {_later(self.shift)}: rows or "
+                f"steps were {why}"
+            )
+        else:
+            what = (
+                ". Look for a force, contact or event that begins then: a mistake from the start "
+                "would show before"
+            )
+        by = f" ({named(self.keys)})" if self.keys else ""
+        is_one_time = len({*self.t_right}) == len({*self.times}) == 1
+        times = self.t_right[:1] if is_one_time else self.t_right
+        until = together([f"{t:.6g}" for t in times])
+        but, when = ("but", f" at {self.times[0]:.6g} s") if is_one_time else ("then", "")
+        are, up_to = ("is", "") if len(self.maneuvers) == 1 else ("are", "up to ")
+        return (
+            f"{maneuvers(self.maneuvers).capitalize()}{by} {are} right until {until} s, {but} off "
+            f"by {up_to}{self.after:.2g} of a column's largest value{when}{what}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {
+            "before": self.before,
+            "after": self.after,
+            "shift": self.shift,
+            "columns": list(self.keys),
+        }
+        first = {"maneuver": self.maneuvers[0], "time": self.times[0]}
+        times = {str(n): t for n, t in zip(self.maneuvers, self.times, strict=True)}
+        return {**first, "maneuvers": list(self.maneuvers), "times": times, **numbers}
+
+
+def _later(seconds: float) -> str:
+    return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
 
 
 def departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:

@@ -5,9 +5,10 @@ changes indicates a force that does work, or an integrator. If the energy is con
 parts are wrong, the wrong forces do no work. This evidence needs no simulation.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +16,15 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
     ContactYields,
     EnergyKept,
     EnergyTrend,
     EnergyVaries,
 )
-from heyoka_bike.scoring.evidence.output_faults import EnergyOfOtherMotion
+from heyoka_bike.scoring.evidence.words import short_number
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import (
     MAX_ROUNDING_FLOORS,
     MIN_ROWS_FOR_SHAPE,
@@ -43,6 +46,39 @@ _FEWEST_SUNK = 3  # minimum number of rows in the interval `_SUNK`
 # Largest relative difference between the potential energies that the maneuvers lose to a soft
 # contact, for these energies to count as equal. With MuJoCo the difference is 0.05.
 _ALIKE = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyOfOtherMotion(Evidence):
+    """An energy differs from the energy of the motion in the file.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    off
+        Largest difference from the energy that follows from the file's angles, rates and speed [J].
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    off: float
+
+    code = "energy_of_other_motion"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        other = "inertias and lengths" if self.key == "kinetic_energy" else "lengths and gravity"
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)} does not fit the motion in the file. The "
+            "energy computed from the file's angles, rates and speed differs by up to "
+            f"{short_number(self.off)} J, far more than the errors of these columns explain. Check "
+            f"with which masses, {other} this energy is computed, and whether both wheels stay on "
+            "the floor and roll"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "off": self.off}
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -26,8 +26,8 @@ from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import EVERYTHING, OF_MODEL, Plan, Search
 from heyoka_bike.scoring.diagnosis.seen_file import FileUnderTest
-from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
+from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 

@@ -44,7 +44,11 @@ from heyoka_bike.scoring.diagnosis.search import (
     again,
     with_output,
 )
-from heyoka_bike.scoring.diagnosis.wrong_columns import columns_apart, faults_in_other_columns
+from heyoka_bike.scoring.diagnosis.wrong_columns import (
+    ColumnsApart,
+    columns_apart,
+    faults_in_other_columns,
+)
 from heyoka_bike.scoring.evidence.as_compared import (
     ConstantColumns,
     ConstantInMotion,
@@ -60,14 +64,6 @@ from heyoka_bike.scoring.evidence.column_meaning import (
 )
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision, TimeShift
 from heyoka_bike.scoring.evidence.error_shape import RightElsewhere, SinglePrecisionBeside
-from heyoka_bike.scoring.evidence.output_faults import (
-    ColumnRatio,
-    ColumnsApart,
-    OtherClock,
-    OtherColumn,
-    OtherMoment,
-    PartMultiplied,
-)
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
@@ -75,8 +71,11 @@ from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Columns
-from heyoka_bike.scoring.rows.scaled_columns import without_ratio
+from heyoka_bike.scoring.rows.other_columns import OtherColumn
+from heyoka_bike.scoring.rows.other_moments import OtherMoment, PartMultiplied
+from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio, without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
+from heyoka_bike.scoring.rows.wrong_times import OtherClock
 from heyoka_bike.scoring.score import scored_rows
 
 # Causes whose simulated run the report draws.

@@ -2,9 +2,8 @@
 
 Each row check works on the rows that the checks before it have corrected. So an earlier check may
 explain a fault that a later one explains better. A fault of one column seldom needs a check of its
-own, see `column_faults`. To add a row check, write a function in a module of `scoring.rows` that
-returns the evidence and the corrected rows. Add a line here, and the class of its evidence in
-`scoring.evidence`.
+own, see `column_faults`. To add a row check, write the class of its evidence in a module of
+`scoring.rows`, and a function that returns the evidence and the corrected rows. Add a line here.
 """
 
 from dataclasses import dataclass

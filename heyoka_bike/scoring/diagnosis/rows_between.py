@@ -1,11 +1,14 @@
 """Find rows that repeat other rows, or are interpolated between fewer rows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.evidence.output_faults import RowsBetween
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -19,6 +22,63 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # Largest distance of two right rows between which other rows may be interpolated [rows].
 _MOST_BETWEEN = 200
+
+
+@dataclass(frozen=True, slots=True)
+class RowsBetween(Evidence):
+    """Rows were interpolated between other rows, or repeat the row before.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    order
+        0 if rows repeat the row before, 1 if they are on straight lines between other rows, 2 if
+        they are on curves between other rows.
+    share
+        Fraction of the rows that are repeated or interpolated.
+    keys : tuple of str
+        The angles and rates that show it; empty if most show it, and none of the others is right.
+    every
+        If rows are on curves, one row in this many is right; otherwise 0.
+    """
+
+    maneuvers: tuple[int, ...]
+    order: int
+    share: float
+    keys: tuple[str, ...] = ()
+    every: int = 0
+
+    code = "rows_between"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.every:
+            return (
+                f"Only every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right: "
+                "the rows between were interpolated, or belong to other times. Write the "
+                "integrator's own steps, or a dense output that is as accurate as the steps"
+            )
+        made = "interpolated" if self.order else "held"
+        better = (
+            f"They were {made}, not computed. Write the integrator's own steps, or a dense output "
+            "that is as accurate as the steps"
+        )
+        share, where = f"At least {100 * self.share:.0f} %", maneuvers(self.maneuvers)
+        if self.keys:
+            what = "lie on straight lines between others" if self.order else "repeat the one before"
+            return f"{share} of the values of {named(self.keys)} in {where} {what}. {better}"
+        what = "lie on straight lines between other rows" if self.order else "repeat the row before"
+        return f"{share} of the rows of {where} {what}, in most angles and rates. {better}"
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
+        numbers = {"order": self.order, "share": self.share, "columns": list(self.keys)}
+        return {**where, **numbers, "every": self.every}
+
+
+def _ordinal(count: int) -> str:
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{count}{'th' if 10 < count % 100 < 14 else ends.get(count % 10, 'th')}"
 
 
 def held_or_interpolated(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:

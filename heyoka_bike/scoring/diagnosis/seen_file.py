@@ -42,12 +42,12 @@ from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE_KEYS, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
-from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.rows.edits import Columns
+from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio
 from heyoka_bike.scoring.units import factor
 
 _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]

@@ -5,26 +5,24 @@ These are: a bicycle that falls over, and wrong initial conditions; repeated or 
 (`departures`).
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
-from heyoka_bike.scoring.diagnosis.departures import departures
-from heyoka_bike.scoring.diagnosis.rows_between import held_or_interpolated
+from heyoka_bike.scoring.diagnosis.departures import Departs, departures
+from heyoka_bike.scoring.diagnosis.rows_between import RowsBetween, held_or_interpolated
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import FallsOver
-from heyoka_bike.scoring.evidence.output_faults import (
-    AnotherStart,
-    ColumnOfAnotherManeuver,
-    Departs,
-    RowsBetween,
-    RowsRepeated,
-)
-from heyoka_bike.scoring.grades import RIGHT
+from heyoka_bike.scoring.evidence.words import unit_text
+from heyoka_bike.scoring.findings import Severity, maneuvers
+from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.maneuvers import standing_still
-from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
+from heyoka_bike.scoring.rows.maneuvers import RowsRepeated, standing_still
+from heyoka_bike.scoring.rows.other_maneuvers import ColumnOfAnotherManeuver, of_other_maneuvers
 from heyoka_bike.scoring.scores import ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
@@ -35,6 +33,55 @@ _LEAN_OF_LYING = np.pi / 2
 _UPRIGHT, _STRIDE = 0.1, 1.0
 # Keys of the given initial values that are not zero.
 _GIVEN = ("roll_rate", "forward_speed")
+
+
+@dataclass(frozen=True, slots=True)
+class AnotherStart(Evidence):
+    """The first row differs from the given initial conditions of the maneuver.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    key
+    found, given
+        Value of the first row, and the given value, in the unit of the column.
+    unit
+    told
+        The unit in which the found number would be the given value; None if there is no such unit.
+    """
+
+    maneuvers: tuple[int, ...]
+    key: str
+    found: float
+    given: float
+    unit: str
+    told: str | None
+
+    @property
+    def is_visible(self) -> bool:
+        """True if the difference would be visible in a plot of the column."""
+        return abs(self.found - self.given) > TOLERANCE * abs(self.given)
+
+    code = "another_start"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        said = (
+            f"In the first row, {self.key} of {maneuvers(self.maneuvers)} is {self.found:.9g} "
+            f"{unit_text(self.unit)}; the given initial value is {self.given:.9g}"
+        )
+        if self.told:
+            said += (
+                f". The ratio is {self.found / self.given:.6g}, as if the value were in "
+                f"{unit_text(self.told)}"
+            )
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
+        numbers = {"found": self.found, "given": self.given, "unit": self.told}
+        return {**where, "column": self.key, **numbers}
+
 
 VisibleFault = (
     FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs

@@ -28,6 +28,11 @@ def unit_text(unit: str) -> str:
     return printable(_SPELLED_OUT.sub(r"\1s", _ONE_PER.sub(r"\1/\2", unit)))
 
 
+def number_in_unit(x: float, unit: str) -> str:
+    """Format a number to six digits with its unit, as "0.3 rad/s"; without the unit 1."""
+    return f"{x:.6g}" + ("" if unit == "1" else " " + unit_text(unit))
+
+
 def odds_words(odds: Odds) -> str:
     """Format the odds of a definition, as "300 times as likely as wheel_spin"."""
     other = odds.against or "an unknown definition"

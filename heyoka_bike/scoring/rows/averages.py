@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.evidence.output_faults import SmoothedColumns, StepAverage
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
@@ -15,6 +20,34 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # Number of Gauss nodes for the average over a step. Four integrate polynomials of degree 7 exactly.
 _NODES_IN_STEP = 4
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothedColumns(Evidence):
+    """Columns are moving averages of the exact values.
+
+    Attributes
+    ----------
+    places
+        The columns (``2.roll_angle``).
+    rows
+        Number of rows in each average.
+    """
+
+    places: tuple[str, ...]
+    rows: int
+
+    code = "smoothed_columns"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{named(self.places)}: each value is a moving average of the exact values over "
+            f"{self.rows} rows. Write the rows as they are computed, without a filter"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.places), "rows": self.rows}
 
 
 def averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
@@ -42,6 +75,39 @@ def averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
             smoothed = SmoothedColumns((f"{m.maneuver}.{c.key}",), count)
             best = float(left[which]), Deviation(whole - c.trace.reference, smoothed)
     return best[1] if best else None
+
+
+@dataclass(frozen=True, slots=True)
+class StepAverage(Evidence):
+    """Each value of a column is the average of the exact values over the step before or after it.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    is_before
+        True for the step that ends at the row, False for the step that begins there.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    is_before: bool
+
+    code = "step_average"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: each value is the average over the step "
+            f"{self._side} its row. Write the value at the time of the row"
+        )
+
+    @property
+    def _side(self) -> str:
+        return "before" if self.is_before else "after"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "step": self._side}
 
 
 def averaged_over_step(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:

@@ -6,9 +6,16 @@ shows whether the values within the bounds are right (`clipped`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
-from heyoka_bike.scoring.evidence.output_faults import ClippedColumn
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.words import number_in_unit
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
@@ -19,6 +26,49 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 # A column is clipped if at least this many consecutive rows are at its bound. An extremum of a
 # smooth column has one or two equal rows.
 _FEWEST_CLIPPED = 5
+
+
+@dataclass(frozen=True, slots=True)
+class ClippedColumn(Evidence):
+    """A column is clipped at one or two bounds.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    low, high
+        The bounds [SI unit]; None without such a bound.
+    is_right_within
+        True if all other values are right, and the exact values of the clipped rows exceed the
+        bounds.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    low: float | None
+    high: float | None
+    is_right_within: bool
+
+    code = "clipped_column"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        unit = COMPARED[self.key][0].unit
+        at = " and ".join(number_in_unit(x, unit) for x in (self.low, self.high) if x is not None)
+        where_else = (
+            " where the exact values go further. All its other values are right. Remove the limit"
+            if self.is_right_within
+            else (
+                ", clipped in the output or held by a stop in the model. The other columns are "
+                "diagnosed without this one"
+            )
+        )
+        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at}{where_else}"
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        bounds = {"low": self.low, "high": self.high}
+        return {**where, **bounds, "is_right_within": self.is_right_within}
 
 
 def bounded(report: Report) -> Undone | None:
@@ -84,8 +134,8 @@ def clipped(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
     least = c.hidden
     low = low if np.min(right) < low - least else -np.inf
     high = high if np.max(right) > high + least else np.inf
-    clipped = np.minimum(np.maximum(right, low), high)
+    limited = np.minimum(np.maximum(right, low), high)
     # The exact values replace the rows at a bound, because the bound hides the motion there.
-    deviation = np.where(clipped == right, 0.0, clipped - right)
+    deviation = np.where(limited == right, 0.0, limited - right)
     bounds = finite(low), finite(high)
     return Deviation(deviation, ClippedColumn(c.key, (m.maneuver,), *bounds, is_right_within=True))

@@ -7,7 +7,7 @@ right.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -15,22 +15,17 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.output_faults import (
-    ColumnRatio,
-    MisplacedManeuver,
-    OtherColumn,
-    SmoothedColumns,
-    pairs_exchanged,
-)
+from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.averages import SmoothedColumns
 from heyoka_bike.scoring.rows.column_faults import COLUMN_FAULTS
-from heyoka_bike.scoring.rows.other_columns import another
+from heyoka_bike.scoring.rows.other_columns import OtherColumn, another, pairs_exchanged
 from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
-from heyoka_bike.scoring.rows.scaled_columns import scaled
+from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio, scaled
 from heyoka_bike.scoring.rows.table import (
     Deviation,
     Undone,
@@ -46,6 +41,34 @@ _WHERE = {"maneuvers", "places"}
 
 _Deviations = Mapping[tuple[int, str], Deviation]
 """Deviations by maneuver number and column key."""
+
+
+@dataclass(frozen=True, slots=True)
+class MisplacedManeuver(Evidence):
+    """The columns of a maneuver contain the values of another maneuver.
+
+    Attributes
+    ----------
+    maneuver
+        Number under which the values are written.
+    of_maneuver
+        Number of the maneuver whose values they are.
+    """
+
+    maneuver: int
+    of_maneuver: int
+
+    code = "other_maneuver"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"Maneuver {self.maneuver} has the values of maneuver {self.of_maneuver}. Check the "
+            "initial speed and roll rate of each maneuver, and the order in which they are written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuver": self.maneuver, "of_maneuver": self.of_maneuver}
 
 
 def deviating_columns(report: Report) -> Undone | None:

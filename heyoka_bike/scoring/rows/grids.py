@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
-from heyoka_bike.scoring.evidence.output_faults import CoarseGrid, HalfPrecision
+from heyoka_bike.scoring.evidence.words import number_in_unit
+from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -34,6 +37,34 @@ _ROUNDED = 1.01
 # The step is found from this many of the smallest distances between values. A small distance is a
 # small multiple of the step, so an error of the step matters least there.
 _DISTANCES = 100
+
+
+@dataclass(frozen=True, slots=True)
+class HalfPrecision(Evidence):
+    """The values of columns are half-precision numbers.
+
+    Attributes
+    ----------
+    keys
+    are_all
+        True if all values of the file that vary are half-precision numbers.
+    """
+
+    keys: tuple[str, ...]
+    are_all: bool
+
+    code = "half_precision"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        which = "All values" if self.are_all else f"The values of {named(self.keys)}"
+        return (
+            f"{which} are half-precision numbers (11 bits), which have three digits. Store them in "
+            "double precision"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
 
 
 def few_bits(report: Report) -> Undone | None:
@@ -84,6 +115,37 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
         if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and np.all(off <= _ROUNDED * least):
             return bits
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseGrid(Evidence):
+    """All values of a column are multiples of a step that is far coarser than its digits.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    step
+        Largest step of the maneuvers [SI unit].
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    step: float
+
+    code = "coarse_grid"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        step = number_in_unit(self.step, COMPARED[self.key][0].unit)
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of {step}, far "
+            "coarser than the digits written. Such a step comes from an encoder, a table or "
+            "rounding. Errors below it are not judged"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "step": self.step}
 
 
 def coarse_grids(report: Report) -> Undone | None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
@@ -21,6 +24,50 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
 
+@dataclass(frozen=True, slots=True)
+class RowsRepeated(Evidence):
+    """The last rows of maneuvers repeat the same numbers, although the exact motion goes on.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    time
+        Time of the first of these rows [s].
+    rows
+        Number of these rows.
+    keys
+        The columns that repeat.
+    are_all
+        True if all columns repeat: the motion in the file ended there.
+    """
+
+    maneuvers: tuple[int, ...]
+    time: float
+    rows: int
+    keys: tuple[str, ...]
+    are_all: bool
+
+    code = "rows_repeated"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        which = maneuvers(self.maneuvers)
+        which = f"rows of {which}" if self.are_all else f"values of {named(self.keys)} of {which}"
+        why = (
+            "The simulation ended there, and its last row was written again. Run it to the end"
+            if self.are_all
+            else "Check why your program stops updating them"
+        )
+        return (
+            f"From {self.time:.6g} s on, the {which} do not change any more ({self.rows} rows). "
+            f"{why}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
+        return {**where, "time": self.time, "rows": self.rows, "columns": list(self.keys)}
+
+
 def stopped(report: Report) -> Undone | None:
     """Look for maneuvers that end with copies of one row in all columns; keep the first copy."""
     ended = tuple(x for x in standing_still(report.maneuvers) if x.are_all)
@@ -32,6 +79,32 @@ def stopped(report: Report) -> Undone | None:
         for m in report.maneuvers
     )
     return Undone(ended, tuple(parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Mirrored(Evidence):
+    """Maneuvers are mirrored: the exact motion after a start with the opposite roll rate.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    """
+
+    maneuvers: tuple[int, ...]
+
+    code = "mirrored"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        is_are = "is" if len(self.maneuvers) == 1 else "are"
+        return (
+            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the mirror image of the exact "
+            "motion: all columns of roll and steer have the opposite sign, as after the opposite "
+            "initial roll rate. Check the sign of the initial roll rate there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
 
 
 def mirrored(report: Report) -> Undone | None:
@@ -53,6 +126,25 @@ def _is_mirrored(m: ManeuverScore) -> bool:
     return len(lateral) > 1 and all(
         rms(c.trace.value + c.trace.reference) < RIGHT * rms(c.trace.reference) for c in lateral
     )
+
+
+@dataclass(frozen=True, slots=True)
+class RowsReversed(Evidence):
+    """The rows of maneuvers are written from the last to the first."""
+
+    maneuvers: tuple[int, ...]
+
+    code = "rows_reversed"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"The rows of {maneuvers(self.maneuvers)} are in reverse order: the last row is the "
+            "start of the motion. Reverse the values or the times"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
 
 
 def reversed_rows(report: Report) -> Undone | None:

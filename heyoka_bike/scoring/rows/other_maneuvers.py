@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.evidence.output_faults import ColumnOfAnotherManeuver
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnOfAnotherManeuver(Evidence):
+    """Columns of one maneuver contain the numbers of another maneuver."""
+
+    maneuver: int
+    of: int
+    keys: tuple[str, ...]
+
+    code = "column_of_another_maneuver"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{', '.join(self.keys)} of maneuver {self.maneuver}: the numbers are those of "
+            f"maneuver {self.of}. Check which run is written there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuver": self.maneuver, "of": self.of, "columns": list(self.keys)}
 
 
 def numbers_of_another_maneuver(report: Report) -> Undone | None:

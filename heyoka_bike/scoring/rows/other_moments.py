@@ -2,19 +2,103 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
-from heyoka_bike.scoring.evidence.output_faults import OtherMoment, PartMultiplied
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, Deviation, floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+
+@dataclass(frozen=True, slots=True)
+class OtherMoment(Evidence):
+    """A column, or a part of the mechanical energy, has the exact values of another moment.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    part
+        Key of the part of the sum; None for the column itself.
+    delay
+        Time by which the values are late [s]; negative if they are early; None if all of them are
+        those of the first row.
+    rows
+        The delay in rows, if it is a whole number of rows.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    part: str | None
+    delay: float | None
+    rows: int | None = None
+
+    code = "other_moment"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        where = f"{self.key} of {maneuvers(self.maneuvers)}"
+        has = f"contains the {_in_words(self.part)}" if self.part else "has the exact value"
+        return (
+            f"{where} {has} {self._when()}. Check when it is computed: all values of a row belong "
+            "to the same state"
+        )
+
+    def _when(self) -> str:
+        if self.delay is None:
+            return "of the first row in every row"
+        way = "before" if self.delay > 0.0 else "after"
+        if self.rows is None:
+            return f"{abs(self.delay):.4g} s {way} the time of the row"
+        return f"of the row {way}" if abs(self.rows) == 1 else f"of {abs(self.rows)} rows {way}"
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers), "part": self.part}
+        return {**where, "delay": self.delay, "rows": self.rows}
+
+
+@dataclass(frozen=True, slots=True)
+class PartMultiplied(Evidence):
+    """The mechanical energy contains a multiple of one of its parts.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    part
+        Key of the part.
+    factor
+    """
+
+    maneuvers: tuple[int, ...]
+    part: str
+    factor: float
+
+    code = "part_multiplied"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        times = "lacks" if abs(self.factor) < RIGHT else f"contains {self.factor:.6g} times"
+        return (
+            f"mechanical_energy of {maneuvers(self.maneuvers)} {times} the {_in_words(self.part)}. "
+            "Check how the sum is computed"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": "mechanical_energy", "maneuvers": list(self.maneuvers)}
+        return {**where, "part": self.part, "factor": self.factor}
+
+
+def _in_words(key: str) -> str:
+    return key.replace("_", " ")
 
 
 def at_other_moment(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:

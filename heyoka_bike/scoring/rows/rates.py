@@ -7,18 +7,16 @@ another row.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.evidence.output_faults import (
-    OtherColumn,
-    RateOfDifferences,
-    RateOfOtherRow,
-    pairs_exchanged,
-)
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
@@ -26,6 +24,7 @@ from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Exchanged
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
+from heyoka_bike.scoring.rows.other_columns import OtherColumn, pairs_exchanged
 from heyoka_bike.scoring.rows.table import Undone, is_right_column
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
@@ -128,6 +127,27 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
     return (rate, angle) if is_usable else None
 
 
+@dataclass(frozen=True, slots=True)
+class RateOfDifferences(Evidence):
+    """A rate column is a ``forward``, ``backward`` or ``central`` difference of its own angle."""
+
+    key: str
+    how: str
+
+    code = "rate_of_differences"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} is the {self.how} difference of {ANGLE_OF[self.key]} in every maneuver, "
+            "not the rate of the motion. Write the rate that your program integrates. The other "
+            "columns are diagnosed without it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "how": self.how}
+
+
 def own_differences(report: Report) -> Undone | None:
     """Look for a rate that is a finite difference of its own angle, while the other rate is not."""
     found = {
@@ -167,6 +187,39 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
         ):
             found.add(how)
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class RateOfOtherRow(Evidence):
+    """A rate column is the rate of its own angle at an earlier or later row.
+
+    Attributes
+    ----------
+    key
+    rows
+        Delay in rows; negative if the rate is early.
+    maneuvers : tuple of int
+        The maneuvers with this delay; empty if all have it.
+    """
+
+    key: str
+    rows: float
+    maneuvers: tuple[int, ...] = ()
+
+    code = "rate_of_other_row"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        row = "half a row" if abs(self.rows) < 1.0 else "one row"
+        where = maneuvers(self.maneuvers) if self.maneuvers else "every maneuver"
+        return (
+            f"In {where}, each value of {self.key} is the derivative of {ANGLE_OF[self.key]} {row} "
+            f"{'earlier' if self.rows > 0.0 else 'later'}. Write both for the same time. The other "
+            "columns are diagnosed without this one"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "rows": self.rows, "maneuvers": list(self.maneuvers)}
 
 
 def shifted_rate(report: Report) -> Undone | None:

@@ -2,21 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence.output_faults import ColumnRatio, Scaled
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.words import number_in_unit, unit_text
+from heyoka_bike.scoring.findings import Severity, maneuvers
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Deviation, Undone, finite, to_si
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Trace
 from heyoka_bike.scoring.units import unit_told_by
+
+
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    """A relation: written value = factor * exact value + offset [SI]."""
+
+    factor: float
+    offset: float
+
+    def words(self, unit: str) -> str:
+        """Describe values relative to the exact values, as "2 times the exact value plus 1 m"."""
+        is_times = self.factor != 1.0
+        times = f"{self.factor:.6g} times the exact value" if is_times else "the exact value"
+        sign = "minus" if self.offset < 0 else "plus"
+        return times + (f" {sign} {number_in_unit(abs(self.offset), unit)}" if self.offset else "")
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
@@ -52,6 +71,55 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
         if len(value) > count and all(explains(fit, c, count) for c in columns):
             return fit
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnRatio(Evidence):
+    """A column is a factor times the exact values, plus an offset.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    factor, offset
+        Written value = factor * exact value + offset [SI unit].
+    unit
+        The unit with this factor; None if no known unit has it.
+    since, until
+        The first and the last time of the rows with this factor and offset [s]; None if they begin
+        with the first row, or end with the last.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    factor: float
+    offset: float
+    unit: str | None
+    since: float | None = None
+    until: float | None = None
+
+    code = "column_ratio"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        where = f"{self._span()}{self.key} of {maneuvers(self.maneuvers)}"
+        if abs(self.factor + 1.0) < RIGHT and not self.offset:
+            return f"{where} has the opposite sign. Check how this column is computed and written"
+        relation = Scaled(self.factor, self.offset).words(COMPARED[self.key][0].unit)
+        unit = f", as if it were in {unit_text(self.unit)}" if self.unit else ""
+        return f"{where} is {relation}{unit}. Check how this column is computed and written"
+
+    def _span(self) -> str:
+        """Return the beginning of a sentence on some rows; empty if it refers to all rows."""
+        if self.since is None:
+            return "" if self.until is None else f"Until {self.until:.6g} s, "
+        end = "s on" if self.until is None else f"to {self.until:.6g} s"
+        return f"From {self.since:.6g} {end}, "
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"factor": self.factor, "offset": self.offset, "unit": self.unit}
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, **numbers, "since": self.since, "until": self.until}
 
 
 def ratio(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:

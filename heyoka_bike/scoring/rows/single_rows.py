@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.scoring.evidence.output_faults import SingleRows
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -21,6 +24,48 @@ _MOST_SINGLE = 0.2
 # Number of rows on each side with which a single row of large error is compared. If every third row
 # has a wrong time, an error may be 3 times the error two rows further on.
 _ROWS_AROUND = 5
+
+
+@dataclass(frozen=True, slots=True)
+class SingleRows(Evidence):
+    """Single rows of a column do not fit the rows around them.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    rows
+        Number of these rows.
+    time
+        Time of the first one [s].
+    is_held
+        True if each repeats the value of the row before it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    rows: int
+    time: float
+    is_held: bool
+
+    code = "single_rows"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.rows == 1:
+            what = "repeats the row before it" if self.is_held else "does not fit its neighbours"
+            said = f"one row {what}, at {self.time:.6g} s"
+        else:
+            what = "repeat the row before them" if self.is_held else "do not fit their neighbours"
+            said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Check how this column is written "
+            "or measured there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, "rows": self.rows, "time": self.time, "is_held": self.is_held}
 
 
 def single_rows(report: Report) -> Undone | None:

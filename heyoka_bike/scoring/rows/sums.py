@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence.output_faults import OtherMoment, PartMultiplied
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.other_moments import OtherMoment, PartMultiplied
 from heyoka_bike.scoring.rows.table import (
     ENERGY,
     PARTS_OF_ENERGY,

@@ -5,8 +5,9 @@ Further, functions on columns that several checks use.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.output_faults import Remainder
+from heyoka_bike.scoring.evidence.words import scale_words
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Place
@@ -67,6 +68,34 @@ class Deviation:
     values: Array
     seen: Evidence
     is_of_program: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Remainder(Evidence):
+    """The largest error that remains after the reported faults are corrected.
+
+    Attributes
+    ----------
+    max_rel_error
+        The error relative to the scale of its column.
+    place
+        Maneuver and column of the error (``2.roll_angle``).
+    """
+
+    max_rel_error: float
+    place: str
+
+    code = "remainder"
+
+    def message(self) -> str:
+        number, _, key = self.place.partition(".")
+        return (
+            "No other fault is visible. With the faults above corrected, the largest error is "
+            f"{scale_words(self.max_rel_error, key)}, in maneuver {number}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"max_rel_error": self.max_rel_error, "place": self.place}
 
 
 def worst(report: Report) -> Remainder:

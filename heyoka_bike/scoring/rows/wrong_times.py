@@ -8,8 +8,9 @@ row.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +20,7 @@ from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
-from heyoka_bike.scoring.evidence.output_faults import (
-    OtherClock,
-    OtherTimes,
-    RowTimes,
-    TimesAddedUp,
-)
+from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
@@ -32,6 +28,9 @@ from heyoka_bike.scoring.rows.edits import Clock
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, WrongColumns, fitted_clock, meant_by
 from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
+
+_PART_OF_A_ROW = 0.05
+"""Smallest shift, in rows, that the message also states in rows."""
 
 # Significant digits of a step entered by a person.
 _DIGITS_OF_STEP = 3
@@ -69,6 +68,43 @@ def _at_other_times(
         time, rest = two_sum(hi, np.full_like(hi, -shift))
         parts.append(replace(part, time=time, time_lo=rest + lo).within_run())
     return Undone(seen, tuple(parts)) if all(part.has_values() for part in parts) else None
+
+
+@dataclass(frozen=True, slots=True)
+class TimesAddedUp(Evidence):
+    """The rows are correct at multiples of a step, but the written times drift from the multiples.
+
+    Attributes
+    ----------
+    step
+        The step [s].
+    creep
+        Largest distance of a written time from its multiple of the step [s].
+    is_single
+        True if adding up the step in single precision gives the written times.
+    """
+
+    step: float
+    creep: float
+    is_single: bool
+
+    code = "times_added_up"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        how = (
+            "as if steps were added up in single precision"
+            if self.is_single
+            else "as if steps were added up or rounded"
+        )
+        return (
+            f"The rows are correct at multiples of {self.step:g} s, but the written times drift "
+            f"away from these by up to {self.creep:.2g} s, {how}. Compute each time as the row "
+            "number multiplied by the step"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"step": self.step, "creep": self.creep, "is_single": self.is_single}
 
 
 def counted_rows(report: Report) -> Undone | None:
@@ -114,6 +150,64 @@ def _is_single_sum(time: Array, step: float) -> bool:
     return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
 
 
+@dataclass(frozen=True, slots=True)
+class OtherClock(Evidence):
+    """Rows are correct at times that differ from the written ones by a scale and a shift.
+
+    Attributes
+    ----------
+    maneuver
+        The maneuver with these rows; None stands for all maneuvers.
+    scale, shift
+        Correct time = scale * written time + shift [s].
+    rows
+        The shift in rows; None if the rows are not evenly spaced.
+    keys
+        The shifted columns, if others are correct at the written times; otherwise empty.
+    """
+
+    maneuver: int | None
+    scale: float
+    shift: float
+    rows: float | None
+    keys: tuple[str, ...] = ()
+
+    code = "other_clock"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        scale = f"{self.scale:.7g}"
+        if scale == "1" and self.shift:
+            way = "later" if self.shift > 0.0 else "earlier"
+            rows = self.rows and round(self.rows, 2)
+            in_rows = ""
+            if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
+                in_rows = " (one row)" if abs(rows) == 1 else f" ({abs(rows):g} rows)"
+            when = f"each row belongs to a time {abs(self.shift):.6g} s{in_rows} {way}"
+            saved = ", and whether a row is saved before or after the step"
+        else:
+            saved = ""
+            sign = "minus" if self.shift < 0.0 else "plus"
+            more = f" {sign} {abs(self.shift):.3g} s" if self.shift else ""
+            when = f"the correct times are {scale} times those written{more}"
+        rows_of, times_of = "The rows", "the times"
+        if self.keys:
+            rows_of = f"The rows of {', '.join(self.keys)}"
+        if self.maneuver is not None:
+            rows_of, times_of = (
+                f"{rows_of} of maneuver {self.maneuver}",
+                f"{times_of} of this maneuver",
+            )
+        return (
+            f"{rows_of} are correct, but not at the times written: {when}. Check how "
+            f"{times_of} are written{saved}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"scale": self.scale, "shift": self.shift, "rows": self.rows}
+        return {"maneuver": self.maneuver, "columns": list(self.keys), **numbers}
+
+
 def other_clocks(report: Report) -> Undone | None:
     """Look for a scale and a shift of the times, common to all maneuvers or different in each."""
     every = [WrongColumns(m) for m in report.maneuvers]
@@ -147,6 +241,96 @@ def _on_common_clock(report: Report, scale: float, shift: float) -> Undone | Non
     step = report.maneuvers[0].step
     parts = tuple(_on_clock(m.part, scale, shift) for m in report.maneuvers)
     return Undone((OtherClock(None, scale, shift, shift / step if step else None),), parts)
+
+
+@dataclass(frozen=True, slots=True)
+class RowTimes:
+    """The rows of a maneuver that are right at times other than those written.
+
+    Attributes
+    ----------
+    rows, of
+        The number of these rows, and of all rows.
+    first, last
+        Written times of the first and the last of these rows [s].
+    ahead : (float, float)
+        Range of exact time - written time, for nine in ten of these rows [s].
+    example : (float, float)
+        Written time and exact time of the row that is farthest off [s].
+    relief
+        The factor by which the exact times reduce the error.
+    is_disordered
+        True if the exact times are in another order than the rows.
+    """
+
+    rows: int
+    of: int
+    first: float
+    last: float
+    ahead: tuple[float, float]
+    example: tuple[float, float]
+    relief: float
+    is_disordered: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OtherTimes(Evidence):
+    """Rows are the exact motion, each at a time other than the one written.
+
+    Attributes
+    ----------
+    found : mapping of int to RowTimes
+        The rows, by maneuver number.
+    """
+
+    found: Mapping[int, RowTimes]
+
+    code = "other_times"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        rows, of = sum(x.rows for x in self.found.values()), sum(x.of for x in self.found.values())
+        unsorted = next((n for n, x in self.found.items() if x.is_disordered), None)
+        if unsorted is not None:
+            written, exact = self.found[unsorted].example
+            return (
+                "The rows contain the exact motion, but not in the order of their times. In "
+                f"maneuver {unsorted}, for example, the row at {written:.6g} s belongs to "
+                f"{exact:.6g} s. Check how rows are sorted (times as text?) and joined"
+            )
+        least = min(x.ahead[0] for x in self.found.values())
+        most = max(x.ahead[1] for x in self.found.values())
+        when = _beside(least, most)
+        if rows < MOST_ROWS * of:
+            number, first = next(iter(self.found.items()))
+            return (
+                f"{rows} of {of} rows are right for other times, {when} the written ones. In "
+                f"maneuver {number}, these are the rows from {first.first:.6g} to "
+                f"{first.last:.6g} s. Check whether rows are skipped, or old values written again"
+            )
+        return (
+            f"Each row is right for a time {when} the written one. Check "
+            "how the times are written, and whether rows are saved before or after a step, and at "
+            "the requested times or at the nearest steps"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "ahead": {str(n): x.ahead for n, x in self.found.items()},
+            "relief": [x.relief for x in self.found.values()],
+            "rows": {str(n): x.rows for n, x in self.found.items()},
+        }
+
+
+def _beside(least: float, most: float) -> str:
+    """Say how far times are before or after others, by a range, or by its mean if it is small."""
+    near, far = sorted((least, most), key=abs)
+    if CLEARLY * (most - least) < abs(most + least):
+        near = far = (least + most) / 2
+    if near * far < 0.0:
+        return f"{-least:.3g} s before to {most:.3g} s after"
+    span = f"{abs(far):.3g} s {'after' if far > 0.0 else 'before'}"
+    return span if near == far else f"{abs(near):.3g} to {span}"
 
 
 def own_times(report: Report) -> Undone | None:

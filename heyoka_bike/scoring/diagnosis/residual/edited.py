@@ -31,8 +31,8 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
 )
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
+from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio
 
 _ZERO, _RATIO = "zero ", "ratio "
 # Number of single edits (an offset or a ratio of a column), and of single parameters, that are
