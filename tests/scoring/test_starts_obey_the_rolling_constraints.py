@@ -63,7 +63,8 @@ def height_of_centre(p):
     [
         replace(START, rolling=frozenset("B")),
         replace(START, rolling=frozenset("BH")),
-        replace(START, spinning=frozenset("R")),
+        replace(START, front_spin=0.0),
+        replace(START, rear_spin=6 / 7),
         replace(START, about_centre=True),
     ],
 )
@@ -74,11 +75,12 @@ def test_what_is_left_is_orthogonal_to_all_admissible_velocities(
     admissible ones."""
     *_, roll_rate, steer_rate, speed = initial_state(bicycle, start)
     u = roll_rate, steer_rate, speed / float(upright.equations.k.length)
+    spins = {"R": start.rear_spin, "F": start.front_spin}
     given = {}
     for b in BODIES:
         rate = start.roll_rate if b in start.rolling else 0.0
         height = height_of_centre(parameters) if start.about_centre else 0.0
-        spin = -start.speed / parameters[f"r{b}"] if b in start.spinning else 0.0
+        spin = -spins[b] * start.speed / parameters[f"r{b}"] if b in spins else 0.0
         given[f"v_{b}"] = np.array([start.speed, -rate * (heights(parameters)[b] - height), 0.0])
         given[f"w_{b}"] = np.array([rate, spin, 0.0])
     left = {

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import mode
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ class RowsBetween(Evidence):
     keys : tuple of str
         The angles and rates that show it; empty if most show it, and none of the others is right.
     every
-        If rows are on curves, one row in this many is right; otherwise 0.
+        If one row in this many is right, from the first one on, this number; otherwise 0.
     """
 
     maneuvers: tuple[int, ...]
@@ -52,7 +53,7 @@ class RowsBetween(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        if self.every:
+        if self.order > 1:
             return (
                 f"Only every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right: "
                 "the rows between were interpolated, or belong to other times. Write the "
@@ -98,18 +99,29 @@ def held_or_interpolated(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBet
 def _rows_between(m: ManeuverScore) -> RowsBetween | None:
     """Describe how a maneuver's rows are interpolated between fewer rows; None if they are not."""
     lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
+    counts = [count for c in lateral if (count := _right_rows(c))]
+    every = mode(counts) if counts else 1
+    if 2 * counts.count(every) <= len(lateral) or not _are_right(m, every):
+        every = 0
     for order in (1, 2):
         shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
         if shares:
             # A right column shows that the rows as a whole were computed.
             are_most = len(shares) > max(len(lateral) / 2, 1)
             named = tuple(shares) if not are_most or any(map(is_right_column, lateral)) else ()
-            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), named)
-    counts = {c.key: count for c in lateral if (count := _right_rows(c))}
-    every = max(counts.values(), default=0)
-    if every and 2 * sum(x == every for x in counts.values()) > len(lateral):
+            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), named, every)
+    if every:
         return RowsBetween((m.maneuver,), 2, 1.0 - 1.0 / every, (), every)
     return None
+
+
+def _are_right(m: ManeuverScore, every: int) -> bool:
+    """True if one row in this many is right in all columns, as far as a plot shows."""
+    rows = slice(None, None, every)
+    return all(
+        np.nanmax(np.abs(c.trace.error[rows]), initial=0.0) <= TOLERANCE * c.scale
+        for c in m.columns
+    )
 
 
 def _right_rows(c: ColumnScore) -> int:
