@@ -11,7 +11,12 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.numerical import causes
-from heyoka_bike.scoring.evidence.error_shape import BeginsAs, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence.error_shape import (
+    BeginsAs,
+    NoForceAlong,
+    Unsymmetric,
+    WorkFromStart,
+)
 from heyoka_bike.scoring.score import score
 
 SYMMETRIC = (
@@ -59,7 +64,41 @@ def test_what_is_not_symmetric_is_told_by_two_roll_rates(simulator, right, refer
 def test_mistakes_of_a_symmetric_model_are_neither(simulator, right, reference, key, code):
     program = apply(right, [m for m in MISTAKES if m.code == code])
     found = beginnings(score(made(simulator, program, key), reference))
-    assert all(isinstance(x, BeginsAs) for x in found)
+    assert not [x for x in found if isinstance(x, WorkFromStart | Unsymmetric)]
+
+
+def test_a_speed_shows_a_force_along_the_motion_as_an_energy_does(simulator, right, reference):
+    table = made(simulator, right, "forward_speed", frame_push=-2.0)
+    (found,) = beginnings(score(table, reference))
+    assert isinstance(found, WorkFromStart)
+    # In maneuver 2 the roll has 2 % of the kinetic energy.
+    assert found.forces == pytest.approx(dict.fromkeys((1, 2, 3), -2.0), rel=0.03)
+
+
+@pytest.mark.parametrize("amounts", [{"steer_damping": 0.2}, {"roll_stiffness": -20.0}])
+def test_a_speed_that_is_wrong_later_excludes_a_force_along_the_motion(
+    simulator, right, reference, amounts
+):
+    report = score(made(simulator, right, "forward_speed", **amounts), reference)
+    (found,) = beginnings(report)
+    assert isinstance(found, NoForceAlong)
+    assert 0.0 < max(found.forces.values()) < 0.01
+    # With a column of roll or steer, that column shows more.
+    table = simulated(simulator, right, ("forward_speed", "roll_angle"), **amounts)
+    found = beginnings(score(table, reference))
+    assert not [x for x in found if isinstance(x, NoForceAlong)]
+
+
+@pytest.mark.parametrize(
+    ("force", "order"),
+    [({"steer_torque": 0.1}, 2), ({"steer_stiffness": 1.0}, 3), ({"roll_damping": 1.0}, 2)],
+)
+def test_a_rate_alone_shows_the_power_of_its_angle(simulator, right, reference, force, order):
+    table = made(simulator, right, "steer_rate", **force)
+    (found,) = (x for x in beginnings(score(table, reference)) if isinstance(x, BeginsAs))
+    assert (found.keys, found.order) == (("steer_rate",), order)
+    powers = {2: "proportion to the time.", 3: "the square of the time, or to a higher"}
+    assert powers[order] in found.message()
 
 
 def orders(simulator, program, reference, **amounts):

@@ -11,10 +11,15 @@ from itertools import combinations
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import BeginsAs, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence.error_shape import (
+    BeginsAs,
+    NoForceAlong,
+    Unsymmetric,
+    WorkFromStart,
+)
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
@@ -44,8 +49,9 @@ _ALONG = ("forward_speed", "kinetic_energy")
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
-    """Yield what the first rows show: work, asymmetry, and how the errors of angles begin."""
-    yield from _work(report.maneuvers)
+    """Yield what the first rows show: work, asymmetry, and how the errors of roll and steer begin."""
+    work = (*_work(report.maneuvers),)
+    yield from work or _no_force_along(report)
     yield from _unsymmetric(report.maneuvers)
     yield from _powers(report.maneuvers)
 
@@ -74,19 +80,51 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
-    """Yield the initial rate of change of the kinetic energy [W], if all maneuvers show it."""
+    """Yield the initial rate of change of the kinetic energy [W], if all maneuvers show it.
+
+    The speed shows it, too: at the start the kinetic energy is nearly that of the forward motion.
+    """
     powers: dict[int, float] = {}
     forces: dict[int, float] = {}
     for m in maneuvers:
-        c = next((c for c in m.compared if c.key == "kinetic_energy"), None)
+        along = {c.key: c for c in m.compared if c.key in _ALONG}
         speed = _given(m, "forward_speed")
-        if c is None or not speed:
+        if not along or not speed:
             continue
-        if (slope := _slope(c)) is None:
+        key = "kinetic_energy" if "kinetic_energy" in along else "forward_speed"
+        if (slope := _slope(along[key])) is None:
             return
-        powers[m.maneuver], forces[m.maneuver] = slope, slope / speed
+        forces[m.maneuver] = slope / speed if key == "kinetic_energy" else _mass(m) * slope
+        powers[m.maneuver] = forces[m.maneuver] * speed
     if powers:
         yield WorkFromStart(powers, forces)
+
+
+def _mass(m: ManeuverScore) -> float:
+    """Return the mass of a body with the initial kinetic energy and the initial speed [kg]."""
+    return 2.0 * _given(m, "kinetic_energy") / _given(m, "forward_speed") ** 2
+
+
+def _no_force_along(report: Report) -> Iterator[NoForceAlong]:
+    """Yield the largest force along the motion that the first rows of a wrong speed allow [N].
+
+    Only for a file without columns of roll and steer, which would show more. The force must be
+    smaller by the factor `BY_FAR` than one that changes the speed by as much as its largest error.
+    """
+    forces = {}
+    for m in report.maneuvers:
+        c = next((c for c in m.compared if c.key == "forward_speed" and c.values), None)
+        if c is None or any(c.key in LATERAL for c in m.columns) or c.trace.time[0] != 0.0:
+            return
+        first = c.trace.time <= _BEGINNING
+        if np.sum(first) <= _FEWEST or not _is_wrong(c):
+            continue
+        error, time = np.abs(c.trace.error), c.trace.time
+        slope = max(float(np.max(error[first])), floor_of(c)) / float(time[first][-1])
+        if BY_FAR * slope < float(np.max(error)) / float(time[-1]):
+            forces[m.maneuver] = _mass(m) * slope
+    if forces:
+        yield NoForceAlong(_BEGINNING, forces)
 
 
 def _slope(c: ColumnScore) -> float | None:
@@ -142,24 +180,27 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     """Yield the smallest exponent p of all maneuvers, if the error of an angle begins as t^p.
 
-    The evidence is about all maneuvers that show a power. An angle that the output computes wrongly
-    does not count.
+    The evidence is about all maneuvers that show a power. A rate without its angle shows it, too:
+    its error begins as the derivative of the angle's. An angle or a rate that the output computes
+    wrongly does not count.
     """
-    lateral = {c.key: c.unit for m in maneuvers for c in m.columns if c.key in LATERAL}
-    keys = {key for key, unit in lateral.items() if unit == "rad"}
+    lateral = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL}
+    keys = {key for key in lateral if ANGLE_OF.get(key) not in lateral}
     found: dict[str, tuple[int, tuple[int, ...]]] = {}
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and _is_of_motion(m, c)
                 and (order := _power(c)) is not None}  # fmt: skip
         # If the power is 1 in one maneuver and higher in another, the evidence is unclear and not
-        # reported. A late error of an angle is not reported either if the speed is wrong from the
-        # first rows on.
+        # reported. A late error is not reported either if the speed is wrong from the first rows
+        # on.
         is_late = bool(each) and min(each.values()) == _HIGHEST_REPORTED
         is_clear = each and (min(each.values()) > 1 or max(each.values()) == 1)
         if is_clear and not (is_late and _speed_is_wrong_at_once(maneuvers)):
             found[key] = min(each.values()), tuple(each)
-    for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():
+    for (order, numbers, _), alike in grouped(
+        ((*x, key in ANGLE_OF), key) for key, x in found.items()
+    ).items():
         yield BeginsAs(tuple(alike), order, numbers, is_alone=len(lateral) == 1)
 
 
@@ -188,7 +229,10 @@ def _is_wrong(c: ColumnScore) -> bool:
 
 
 def _power(c: ColumnScore) -> int | None:
-    """Return the power of time with which an error begins to grow; None if the rows hide it."""
+    """Return the power of time with which an error begins to grow; None if the rows hide it.
+
+    For a rate, return the power of the error of its angle.
+    """
     time, error = c.trace.time, np.abs(c.trace.error)
     floor = floor_of(c)
     if time[0] != 0.0 or error[0] > floor:
@@ -201,4 +245,5 @@ def _power(c: ColumnScore) -> int | None:
     if later >= len(time) or later == first or not error[later] > error[first]:
         return None
     power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])
-    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_REPORTED) or None
+    order = int(np.ceil(power - 1.0 + _LESS)) + (c.key in ANGLE_OF)
+    return min(order, _HIGHEST_REPORTED) or None

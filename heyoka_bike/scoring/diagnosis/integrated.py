@@ -13,7 +13,7 @@ coordinates the same method makes a different error, and is recognised less reli
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import ceil, log
 from statistics import fmean
@@ -59,6 +59,8 @@ _RUN, _EVALUATIONS = 3, 12000
 # evaluations for each. With the same step, methods of higher order make errors that are small
 # enough to be propagated. Implicit methods are run if rows are far apart.
 _LOW_ORDER, _EVALUATIONS_OF_ROWS = 2, 3000
+# The beginning of a run is this part of it.
+_PARTS_OF_RUN = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +88,12 @@ class Run:
     errors: Columns
     sizes: Mapping[str, float]
     floors: Mapping[str, float]
+
+    def until(self, end: float) -> Run:
+        """Return the run up to a time [s]."""
+        rows = self.motion.time <= end
+        errors = {name: error[rows] for name, error in self.errors.items()}
+        return replace(self, motion=replace(self.motion, time=self.motion.time[rows]), errors=errors)
 
     @property
     def rows(self) -> int:
@@ -215,7 +223,8 @@ def with_steps_of_rows(runs: Sequence[Run], deadline: Deadline) -> Iterator[Inte
     """Yield methods of low order whose runs, with a step from row to row, resemble the file.
 
     They are run from the start. The error of a large step grows faster than a power of the step, so
-    `integrated` does not recognise it.
+    `integrated` does not recognise it. A method that explains the run also explains its beginning,
+    so only such methods are run to the end.
 
     Raises
     ------
@@ -223,16 +232,32 @@ def with_steps_of_rows(runs: Sequence[Run], deadline: Deadline) -> Iterator[Inte
         The time limit is reached.
     """
     step = runs[0].spacing
-    before = _left(runs, [{name: np.zeros(1) for name in run.errors} for run in runs])
-    found = []
-    for method in (x for x in METHODS if x.order <= _LOW_ORDER):
-        deadline.check()
-        if made := _made(runs, method, step, _EVALUATIONS_OF_ROWS):
-            found.append((before - _left(runs, made), method, made))
+    begun = [run.until(float(run.motion.time[-1]) / _PARTS_OF_RUN) for run in runs]
+    low, most = [x for x in METHODS if x.order <= _LOW_ORDER], _EVALUATIONS_OF_ROWS
+    methods = [x for _, x, _ in _resembling(begun, low, most // _PARTS_OF_RUN, deadline)]
+    found = _resembling(runs, methods, most, deadline)
     least = max([log(CLEARLY), *(gain - log(CLEARLY) for gain, *_ in found)])
     for gain, method, made in sorted(found, key=lambda x: -x[0]):
         if gain > least:
             yield Integrated(_cause(method, step), made)
+
+
+def _resembling(
+    runs: Sequence[Run], methods: Iterable[FixedStep], most: int, deadline: Deadline
+) -> list[tuple[float, FixedStep, tuple[Columns, ...]]]:
+    """Run methods with a step from row to row; return those that reduce the error tenfold.
+
+    The result has the logarithm of this factor, the method and its errors for each run [SI]. `most`
+    is the largest number of evaluations of the equations for each method.
+    """
+    before = _left(runs, [{name: np.zeros(1) for name in run.errors} for run in runs])
+    found = []
+    for method in methods:
+        deadline.check()
+        made = _made(runs, method, runs[0].spacing, most)
+        if made and (gain := before - _left(runs, made)) > log(CLEARLY):
+            found.append((gain, method, made))
+    return found
 
 
 def _cause(method: FixedStep, step: float) -> NumericalMethod:

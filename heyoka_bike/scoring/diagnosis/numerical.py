@@ -18,6 +18,7 @@ from heyoka_bike.scoring.evidence.error_shape import (
     EnergyVaries,
     ErrorOfRounding,
     IterationNoise,
+    NoForceAlong,
     RoughError,
     SinglePrecisionBeside,
     SmoothError,
@@ -58,9 +59,12 @@ class _Rough(NamedTuple):
 
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the evidence of numerical causes, or at least that the error is smooth."""
+    there = report.by_column()
+    missing = tuple(key for key in STATE_KEYS if key not in there)
     far = [c.error > MEANINGLESS_ERROR for _, c in report.places]
     if 2 * sum(far) >= len(far):
-        return (TooFar(),)
+        # The first rows tell their part even if the error becomes large later.
+        return (*beginnings(report), TooFar(missing))
     m, c = max(report.places, key=lambda place: place[1].error)
     worst = c.error
     if worst * min(c.scale / _size(c), 1.0) > CLEARLY:
@@ -75,8 +79,6 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (single,)
     if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
         return (TooFewRows(),)
-    there = report.by_column()
-    missing = tuple(key for key in STATE_KEYS if key not in there)
     every = {c.key for m in report.maneuvers for c in m.columns}
     # A negligible error needs no explanation by noise.
     rough = tuple(_rough(report, every)) if worst > THRESHOLDS.negligible_error else ()
@@ -85,7 +87,7 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         # multistep method changes its order.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
-    is_general = all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found)
+    is_general = all(isinstance(x, BeginsAs | NoForceAlong | EnergyVaries | EnergyKept) for x in found)
     jumps = _roughness(c, hidden=0.0)
     is_noise = jumps is not None and _is_jumping(jumps) and jumps.part > _PART_OF_ROWS_ROUGH
     if is_general and not is_noise:

@@ -232,8 +232,11 @@ def _unresolved(search: Search) -> Iterable[Hypothesis]:
 def _by_output(search: Search) -> Iterable[Hypothesis]:
     """Judge mistakes of the initial conditions, of the output and of the clock."""
     file = search.file
+    starts: list[Causes] = [(m,) for m in _starts(file)]
+    if len(starts) > THRESHOLDS.max_starts:
+        starts = file.promising(starts)
     beside = (*LINEAR_PROGRAMS, *_written(file), *_clock(file.residual))
-    return file.judged((m,) for m in (*_starts(file), *beside))
+    return file.judged((*starts, *((m,) for m in beside)))
 
 
 def _only_written(search: Search) -> Iterable[Hypothesis]:

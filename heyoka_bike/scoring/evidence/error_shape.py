@@ -1,6 +1,6 @@
 """Evidence about the shape of an error with an unknown cause."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,22 +9,35 @@ from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.words import scale_words, short_number
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named
 
+_HIGHEST_ORDER = 3
+"""Largest value of `BeginsAs.order`."""
+
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
 
 @dataclass(frozen=True, slots=True)
 class TooFar(Evidence):
-    """Half of the columns or more are off by at least half of their scale."""
+    """Half of the columns or more are off by at least half of their scale.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Columns of the state that are needed to check the equations of motion, but are missing.
+    """
+
+    missing: tuple[str, ...] = ()
 
     code = "too_far"
 
     def message(self) -> str:
         return (
-            "At least half of the columns are off by at least half of their largest value, which "
-            "is too much for a diagnosis. "
-            "Check the first rows, and that the columns are the benchmark's, in its order and "
-            "units. Try a shorter run"
+            "At least half of the columns are off by at least half of their largest value. Check "
+            "the first rows, and that the columns are the benchmark's, in its order and units"
+            + _with_missing(self.missing)
         )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"missing": list(self.missing)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,16 +123,11 @@ class SmoothError(Evidence):
     code = "smooth_error"
 
     def message(self) -> str:
-        said = (
+        return (
             "The error is smooth. Halve the step or divide the tolerance by ten. If the error "
             "falls, it is the integrator's. If it stays, look for another cause"
+            + _with_missing(self.missing)
         )
-        if self.missing:
-            said += (
-                f". If the file also has {named(self.missing)}, the diagnosis checks the equations "
-                "of motion"
-            )
-        return said
 
     def numbers(self) -> Mapping[str, Any]:
         return {"missing": list(self.missing)}
@@ -133,7 +141,8 @@ class WorkFromStart(Evidence):
     ----------
     powers, forces
         By maneuver number: the initial rate of change of the kinetic energy [W], and the force
-        along the motion with this power [N].
+        along the motion with this power [N]. If the file has no kinetic energy, they are computed
+        from the speed.
     """
 
     powers: Mapping[int, float]
@@ -158,6 +167,37 @@ class WorkFromStart(Evidence):
             "powers": {str(n): x for n, x in self.powers.items()},
             "forces": {str(n): x for n, x in self.forces.items()},
         }
+
+
+@dataclass(frozen=True, slots=True)
+class NoForceAlong(Evidence):
+    """In the first rows a wrong forward speed is right, so no force acts along the motion there.
+
+    Attributes
+    ----------
+    time
+        End of these rows [s].
+    forces
+        By maneuver number: a constant force that would change the speed until this time by as much
+        as the error or its resolution limit [N].
+    """
+
+    time: float
+    forces: Mapping[int, float]
+
+    only_describes = True
+    code = "no_force_along"
+
+    def message(self) -> str:
+        largest = max(self.forces.values())
+        return (
+            f"In the first {self.time:.3g} s the forward speed shows no force along the motion above "
+            f"{largest:.1g} N (drag, friction, a slope or a drive). The speed becomes wrong later, as it "
+            "does if roll and steer are wrong. Their columns show more"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"time": self.time, "forces": {str(n): x for n, x in self.forces.items()}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,18 +235,20 @@ class Unsymmetric(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class BeginsAs(Evidence):
-    """The error of angles begins in proportion to a power of the time.
+    """The error of angles, or of rates, begins in proportion to a power of the time.
 
     Attributes
     ----------
     keys : tuple of str
+        Either angles or rates.
     order
-        The power. 1 indicates a wrong initial rate, wrong times or an integrator; 2 a force or a
-        wrong initial speed; 3 a force that is zero at the start. Higher powers count as 3.
+        The power in the error of an angle; that of its rate is lower by 1. 1 indicates a wrong
+        initial rate, wrong times or an integrator; 2 a force or a wrong initial speed; 3 a force
+        that is zero at the start. Higher powers count as 3.
     maneuvers
     is_alone
         True if the file has no other column of roll and steer, which would show whether the motion
-        or only the angle is wrong.
+        or only the output is wrong.
     """
 
     keys: tuple[str, ...]
@@ -219,11 +261,11 @@ class BeginsAs(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        power = {
-            1: "the time",
-            2: "the square of the time",
-            3: "the cube of the time, or to a higher power of it",
-        }[self.order]
+        kind = "rate" if self.keys[0].endswith("rate") else "angle"
+        power = ("the time", "the square of the time", "the cube of the time")[
+            self.order - 1 - (kind == "rate")
+        ]
+        higher = ", or to a higher power of it" if self.order == _HIGHEST_ORDER else ""
         rates = " or ".join(key.replace("angle", "rate") for key in self.keys)
         why = {
             1: (
@@ -236,15 +278,17 @@ class BeginsAs(Evidence):
             "and straight, or that acts only later",
         }[self.order]
         many = len(self.keys) > 1
+        if kind == "rate" and self.order < _HIGHEST_ORDER:
+            why += ", or the integrator"
         if self.is_alone:
             why += (
                 ". The file has no other column of roll and steer, so the motion may also be right "
-                "and only the angle computed wrongly"
+                f"and only the {kind} computed wrongly"
             )
         return (
             f"In the first rows of {maneuvers(self.maneuvers)}, the error{'s' * many} of "
-            f"{' and '.join(self.keys)} grow{'s' * (not many)} in proportion to {power}. Typical "
-            f"causes: {why}"
+            f"{' and '.join(self.keys)} grow{'s' * (not many)} in proportion to {power}"
+            f"{higher}. Typical causes: {why}"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -556,3 +600,10 @@ class NotDiagnosed(Evidence):
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
+
+
+def _with_missing(keys: Sequence[str]) -> str:
+    """Return the end of a sentence on columns that would show more; empty if there are none."""
+    if not keys:
+        return ""
+    return f". If the file also has {named(keys)}, the diagnosis checks the equations of motion"
