@@ -37,7 +37,9 @@ def log_odds_before(mistakes: Collection[Cause]) -> float:
     limits, cost = THRESHOLDS, 0.0
     for m in mistakes:
         one = OF_START if m.kind == "start" else UNKNOWN
-        cost += (limits.value_cost + one) * m.fitted if m.fitted else KNOWN
+        # A term that is missing as a whole is as likely as a mistake of the library.
+        known = max(len(m.found), 1) - m.fitted
+        cost += (limits.value_cost + one) * m.fitted + KNOWN * known
     return -cost - limits.further_cause_cost * max(len(mistakes) - 1, 0)
 
 

@@ -25,7 +25,8 @@ from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.vectors import Vector
-from heyoka_bike.scoring.diagnosis.programs.forces import Moving
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, Moving
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.rows.edits import (
     Change,
     Clock,
@@ -183,6 +184,12 @@ class FittedValue:
     uncertain: float
 
     @property
+    def is_whole_term(self) -> bool:
+        """True if the value is the missing fraction of a term, and the whole term is missing."""
+        is_part = self.name in FORCES and FORCES[self.name].is_part
+        return is_part and abs(self.value - 1.0) < TOLERANCE
+
+    @property
     def key(self) -> str:
         """Name of the value among the changes that `changed` takes."""
         return self.name if self.maneuver is None else f"{self.name}_{self.maneuver}"
@@ -259,6 +266,11 @@ class FittedValues(Cause):
     def found(self) -> tuple[FittedValue, ...]:
         """The fitted values."""
         return self.values
+
+    @property
+    def fitted(self) -> int:
+        """Number of values that were fitted; a term that is missing as a whole needs no value."""
+        return sum(not x.is_whole_term for x in self.values)
 
 
 @dataclass(frozen=True, slots=True)
