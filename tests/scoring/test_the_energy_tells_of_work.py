@@ -55,6 +55,18 @@ def test_a_damper_takes_it_steadily(simulator, right, reference):
     assert max(found.changes) < 0.0
 
 
+def test_an_energy_that_changes_while_the_motion_dies_away_shows_no_end(
+    simulator, right, reference
+):
+    """In maneuver 3 the steer rate falls to a third within half a second, so a damper does most of
+    its work before."""
+    every = simulated(simulator, right, KEYS, steer_damping=5.0)
+    table = {"time": TIME} | {key: every[f"{key}_3"] for key in KEYS}
+    found = energy(table, reference)
+    assert isinstance(found, EnergyVaries)
+    assert found.until is None
+
+
 def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
     table = simulated(simulator, right, KEYS[1:], steer_stiffness=0.5)
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]

@@ -94,6 +94,8 @@ class _Energy:
     exchanged
         Largest change of the error of potential or kinetic energy, whichever is smaller [J]; None
         if the file does not contain both.
+    steer_rate : ndarray, shape (n,)
+        Steer rate of the exact motion [rad/s].
     """
 
     time: Array
@@ -101,6 +103,7 @@ class _Energy:
     size: float
     floor: float
     exchanged: float | None
+    steer_rate: Array
 
     @property
     def largest(self) -> tuple[float, float]:
@@ -130,12 +133,18 @@ class _Energy:
 
     @property
     def until(self) -> float | None:
-        """Time from which the energy is constant [s]; None if this is in the second half."""
+        """Time from which the energy is constant [s].
+
+        None if this time is in the second half, or if the exact motion has nearly died away until
+        then. In such a motion any force that depends on it does work only at first.
+        """
         left = np.abs(self.change - self.change[-1])
         limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
         end = float(self.time[moving[-1]]) if len(moving) else float(self.time[0])
-        return end if end < MEANINGLESS_ERROR * float(self.time[-1]) else None
+        rate = np.abs(self.steer_rate)
+        lasts = np.max(rate[self.time >= end]) > MEANINGLESS_ERROR * np.max(rate)
+        return end if lasts and end < MEANINGLESS_ERROR * float(self.time[-1]) else None
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:
@@ -233,6 +242,7 @@ def _energy(m: ManeuverScore) -> _Energy | None:
         sum(float(np.max(np.abs(c.trace.value))) for c in summed),
         sum(c.floor or 0.0 for c in summed),
         min(float(np.max(np.abs(_change(c)))) for c in parts) if len(parts) > 1 else None,
+        m.part.reference.approximate(summed[0].trace.time, ["steer_rate"])["steer_rate"],
     )
 
 
