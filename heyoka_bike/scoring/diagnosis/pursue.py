@@ -70,6 +70,7 @@ from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.averages import StepAverage
 from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.rows.other_columns import OtherColumn
 from heyoka_bike.scoring.rows.other_moments import OtherMoment, PartMultiplied
@@ -159,7 +160,8 @@ class Pursuit:
 
         The diagnosis ends if these rows are right, or their error is far smaller than before. It
         also ends if a known mistake of the output explains all of it. That mistake is then reported
-        instead of a ratio, of a clock, or of columns that are exchanged in all maneuvers.
+        instead of a ratio, of an average, of a clock, or of columns that are exchanged in all
+        maneuvers.
         """
         # A maneuver whose columns were all left out cannot be compared.
         parts = tuple(part for part in undone.parts if part.has_values())
@@ -190,8 +192,8 @@ class Pursuit:
         is_of_all = isinstance(x, OtherClock) and (x.maneuver is None or not is_end)
         # No known mistake of the output takes a part of a sum from another row.
         is_moved = isinstance(x, OtherMoment) and x.part is None
-        is_scaled = isinstance(x, ColumnRatio | PartMultiplied)
-        return is_scaled or is_moved or is_everywhere or is_of_all
+        is_changed = isinstance(x, ColumnRatio | PartMultiplied | StepAverage)
+        return is_changed or is_moved or is_everywhere or is_of_all
 
     def scored(self, parts: Sequence[Part]) -> Report:
         """Compare rows of the file with the exact motion."""
