@@ -207,17 +207,19 @@ class FileUnderTest:
     def promising(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
         """Return the hypotheses that are worth an accurate simulation of whole runs.
 
-        A cause of a whole run also explains its beginning, which takes less time to simulate. The
-        causes that explain the beginnings best are then compared with whole runs. Both times the
-        simulation is only as accurate as this choice needs.
+        A cause of all runs also explains the beginning of one, which takes less time to simulate.
+        The causes that explain the beginning of the worst maneuver best are then compared with
+        whole runs. Both times the simulation is only as accurate as this choice needs.
         """
-        end = self._first_errors()
-        parts = [p.part.at(p.part.time <= end) for p in self._parts]
-        if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
-            # The file has too few rows at the beginning, so use all of its rows.
-            parts = [p.part for p in self._parts]
-        begun = self._best(hypotheses, parts, 1.0 / AS_GOOD)[: THRESHOLDS.max_simulated]
-        whole = self._best([h.mistakes for h in begun], [p.part for p in self._parts], 0.0)
+        every = [p.part for p in self._parts]
+        (number, _), _ = max(self.right.after.items(), key=lambda x: x[1])
+        worst = next(part for part in every if part.number == number)
+        begun = worst.at(worst.time <= self._first_errors())
+        if len(begun.time) < MIN_ROWS_FOR_SHAPE:
+            # The file has too few rows at the beginning, so use all of them.
+            begun = worst
+        likely = self._best(hypotheses, [begun], 1.0 / AS_GOOD)[: THRESHOLDS.max_simulated]
+        whole = self._best([h.mistakes for h in likely], every, 0.0)
         # The best few are needed even if they explain little: one of them may explain the file
         # together with another mistake.
         few = THRESHOLDS.max_leaders
