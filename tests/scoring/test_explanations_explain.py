@@ -104,3 +104,15 @@ def test_a_maneuver_that_alone_stays_wrong_is_told_beside_a_cause(others, is_tol
     third = [p for p in PLACES if p[0] == 3]
     left = dict.fromkeys(PLACES, others) | dict.fromkeys(third, 2e-2)
     assert (left_over(hypothesis(left, before=10.0), None) in third) is is_told
+
+
+@pytest.mark.parametrize(("left", "is_told"), [(2e-3, True), (5e-4, False)])
+def test_what_a_value_leaves_visible_in_few_columns_is_told_beside_it(left, is_told):
+    """A file that does not show its equations fits several values, each with a part of its error.
+    A known mistake has no value to adapt, so an integrator may leave as much."""
+    place = (1, "steer_rate")
+    h = Hypothesis((MODEL,), {place: 1.0}, {place: left}, (place,), {place: 1e-6})
+    value = FittedValue("g", None, 9.0, 9.81, 1e-3)
+    fitted = replace(h, mistakes=(FittedValues("other", "", "", "model", lambda p: p, (value,)),))
+    assert left_over(h, None) is None
+    assert left_over(fitted, None) == (place if is_told else None)

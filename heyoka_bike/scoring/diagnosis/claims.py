@@ -91,6 +91,8 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
 
     - it has a large error, and the cause does not change it;
     - the cause explains little of all errors, or of the error of one column of a maneuver;
+    - it is visible in a plot, and values were fitted to a file that does not show its equations: a
+      value fitted to few columns explains a part of any error;
     - its error is far larger than those of the other columns of the motion, which an integrator
       causes, or than all errors of another maneuver;
     - the equations have a residual that no integrator makes.
@@ -102,7 +104,8 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     untouched = {k: x for k, x in above.items() if k not in h.changed and x > TOLERANCE}
     if untouched:
         return max(untouched, key=untouched.__getitem__)
-    if h.relief < BY_FAR:
+    is_fitted_blindly = bool(h.found) and not shows_equations(residual)
+    if h.relief < BY_FAR or (is_fitted_blindly and above[worst] > TOLERANCE):
         return worst
     # A cause that reduces the total error may still explain hardly any of the error of some column,
     # for example in another maneuver.
