@@ -142,6 +142,8 @@ def answers(
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
     if forces:
+        # A force that the equations show is no matter of the order or the units of columns.
+        shape = tuple(x for x in shape if not isinstance(x, TooFar))
         first = (*visible_faults.other_heights(report), *first)
     if forces or described:
         # Do not report how the error grows in the first rows, because the residual of the equations
