@@ -11,8 +11,9 @@ The formats are $formats, and each of them compressed with gzip. A text file may
 separators, headers and comments. The name - is standard input.
 
 Several files are compared side by side as different programs, unless they contain different
-maneuvers of one run. With --step or --tolerance they are runs of one program, and the report shows
-how its error decreases. A .toml file lists such runs with steps, tolerances and processor times.
+maneuvers of one run, or their names state different maneuvers (m1.txt, m2.txt). With --step or
+--tolerance they are runs of one program, and the report shows how its error decreases. A .toml file
+lists such runs with steps, tolerances and processor times.
 
 examples:
   heyoka-bike score my-results.txt
@@ -78,7 +79,8 @@ def add_parser(subparsers: Any) -> None:
         "see 'heyoka-bike diagnose'",
         **options.BUDGET,
         "--maneuver N": "number of the maneuver in a file that contains only one (default: "
-        "recognised from the values); for several files, numbers separated by commas",
+        "recognised from the values and the file name); for several files, numbers separated by "
+        "commas",
         **options.COLUMNS,
         "--step H": "step size of each file [s], separated by commas, or 'rows' if each step is "
         "one row; the files are then runs of one program",

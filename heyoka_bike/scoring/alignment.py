@@ -18,6 +18,7 @@ from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.evidence.as_compared import (
     ManeuverGuessed,
+    ManeuverNamedOtherwise,
     ManeuverRecognised,
     MeantByValues,
     NoReference,
@@ -34,7 +35,7 @@ from heyoka_bike.scoring.free import with_all_turns, with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.names.heading import TIME
+from heyoka_bike.scoring.reading.names.heading import TIME, number_of_file
 from heyoka_bike.scoring.reading.results import Results, Rows, renamed
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
 from heyoka_bike.scoring.recognition import Recognised, recognised
@@ -381,14 +382,16 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
 def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Evidence, ...]]]:
     """Return the maneuver of each block of rows, and evidence of how an unnamed one was recognised.
 
-    A block that may belong to several maneuvers gets a maneuver that no other block has, if there
-    is one.
+    A block that may belong to several maneuvers gets the one that the name of its file states, or
+    else a maneuver that no other block has, if there is one.
     """
     found = {
         i: _recognised(results, rows, reference)
         for i, rows in enumerate(results.maneuvers)
         if rows.maneuver is None
     }
+    if found and (named := stated_number(results, reference)) is not None:
+        return [_with_name(found[0], named)]
     numbers = {
         i: rows.maneuver for i, rows in enumerate(results.maneuvers) if rows.maneuver is not None
     }
@@ -404,6 +407,29 @@ def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Ev
             guessed[i] = ManeuverGuessed(free[0], others, _option(results, "maneuver", "N"))
     seen = {i: guessed.get(i, ManeuverRecognised(numbers[i])) for i in found}
     return [(numbers[i], (seen[i],) if i in seen else ()) for i in range(len(results.maneuvers))]
+
+
+def stated_number(results: Results, reference: Reference) -> int | None:
+    """Return the maneuver that a file states in its rows, or else in its name.
+
+    Return None for arrays, files with several blocks of rows, and files that state no maneuver of
+    the reference.
+    """
+    if len(results.maneuvers) > 1 or results.format == "array":
+        return None
+    rows, number = results.maneuvers[0], number_of_file(results.path)
+    return rows.maneuver or (number if number in reference else None)
+
+
+def _with_name(found: Recognised, named: int) -> tuple[int, tuple[Evidence, ...]]:
+    """Return the maneuver in a file whose name states one, and evidence of how it was recognised.
+
+    The name decides unless the values exclude it.
+    """
+    fits = (found.maneuver, *found.rivals)
+    if named not in fits:
+        return found.maneuver, (ManeuverNamedOtherwise(found.maneuver, named, fits),)
+    return named, (ManeuverRecognised(named, is_by_name=bool(found.rivals)),)
 
 
 def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognised:

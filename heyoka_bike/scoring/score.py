@@ -16,8 +16,9 @@ import numpy as np
 from heyoka_bike.numbers.double import Array, Double, add, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import measures
-from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
+from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge, stated_number
 from heyoka_bike.scoring.definitions import Understanding, Understandings, plain, understand
+from heyoka_bike.scoring.evidence.as_compared import ManeuverNamedOtherwise
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.energy_sum import energy_sum
 from heyoka_bike.scoring.judge.rates import RATES, from_derivative
@@ -95,7 +96,36 @@ def score(
 
 def aligned(results: Sequence[Results], reference: Reference) -> Alignment:
     """Align the results of one run with the reference, and leave out columns never filled in."""
-    return merge([without_unfilled(align(r, reference)) for r in results])
+    files = [_aligned_file(r, reference) for r in results]
+    return merge(with_names(files, results, reference))
+
+
+def with_names(
+    files: Sequence[Alignment], results: Sequence[Results], reference: Reference
+) -> Sequence[Alignment]:
+    """Return the aligned files of one run, no two of them with the same maneuver if possible.
+
+    If two files have rows of the same maneuver, and all files state their maneuver, in their rows
+    or in their names, each file gets the maneuver that it states.
+    """
+    held = [part.number for a in files for part in a.parts]
+    stated = [stated_number(r, reference) for r in results]
+    if len({*held}) == len(held) or None in stated:
+        return files
+
+    def with_name(aligned: Alignment, results: Results, number: int | None) -> Alignment:
+        wrong = [x for x in aligned.seen if isinstance(x, ManeuverNamedOtherwise)]
+        if not wrong:
+            return aligned
+        rows = (replace(results.maneuvers[0], maneuver=number),)
+        seen = (*results.seen, replace(wrong[0], maneuver=wrong[0].named))
+        return _aligned_file(replace(results, maneuvers=rows, seen=seen), reference)
+
+    return [with_name(*x) for x in zip(files, results, stated, strict=True)]
+
+
+def _aligned_file(results: Results, reference: Reference) -> Alignment:
+    return without_unfilled(align(results, reference))
 
 
 def scored(

@@ -13,17 +13,63 @@ _NO_NUMBERS = {"nan": "NaN", "0.0": "zero", "-0.0": "zero"}
 
 @dataclass(frozen=True, slots=True)
 class ManeuverRecognised(Evidence):
-    """The file does not name its maneuver; it was recognised by its values."""
+    """The file does not contain the maneuver's number; its values or its name show the maneuver.
+
+    Attributes
+    ----------
+    maneuver
+    is_by_name
+        True if the values fit several maneuvers, and the name of the file states this one.
+    """
 
     maneuver: int
+    is_by_name: bool = False
 
     code = "maneuver_recognised"
 
     def message(self) -> str:
-        return f"The columns are those of maneuver {self.maneuver}, recognised by their values"
+        by = "the name of the file" if self.is_by_name else "their values"
+        return f"The columns are those of maneuver {self.maneuver}, recognised by {by}"
 
     def numbers(self) -> Mapping[str, Any]:
-        return {"maneuver": self.maneuver}
+        return {"maneuver": self.maneuver, "is_by_name": self.is_by_name}
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverNamedOtherwise(Evidence):
+    """The values of a file exclude the maneuver that its name states.
+
+    Attributes
+    ----------
+    maneuver
+        The maneuver with which the file is compared. It is the named one if otherwise two files
+        of a run would have the same maneuver.
+    named
+        The maneuver that the name of the file states.
+    fits
+        The maneuvers that the values fit, the nearest first.
+    """
+
+    maneuver: int
+    named: int
+    fits: tuple[int, ...]
+
+    code = "maneuver_named_otherwise"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        value = "with a number for each file" if self.file else self.named
+        why = f". If the name is right, use --maneuver {value}"
+        if self.maneuver == self.named:
+            why = ", because two files have rows of the same maneuver"
+        return (
+            f"The name of the file states maneuver {self.named}, but the rows are those of "
+            f"maneuver {either([*map(str, self.fits)])}. They are compared with maneuver "
+            f"{self.maneuver}{why}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuver": self.maneuver, "named": self.named, "fits": list(self.fits)}
 
 
 @dataclass(frozen=True, slots=True)

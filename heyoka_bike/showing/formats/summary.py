@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DERIVATIVES
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.evidence.as_compared import ConstantColumns
+from heyoka_bike.scoring.evidence.as_compared import ConstantColumns, ManeuverNamedOtherwise
 from heyoka_bike.scoring.evidence.column_meaning import (
     Conventions,
     DefinitionUnknown,
@@ -100,7 +100,9 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     beside = [
         x
         for x in report.seen
-        if isinstance(x, (DefinitionUnknown, ConstantColumns, WholeTurns, *odd_signs))
+        if isinstance(
+            x, (ManeuverNamedOtherwise, DefinitionUnknown, ConstantColumns, WholeTurns, *odd_signs)
+        )
         and not (isinstance(x, SignContradiction) and [*x.keys] in contradicted)
     ]
     own = [x for x in report.seen if isinstance(x, Conventions)]

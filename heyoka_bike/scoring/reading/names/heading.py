@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import PurePath
 from typing import Any
 
 from heyoka_bike.bicycle.aliases import KEYS_BY_WORD
@@ -103,6 +104,12 @@ OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _IN_WORDS = re.compile(r"\bman(?:eu|oeu)v(?:er|re)[\s_.:#=-]*([0-9]{1,3})\b", re.IGNORECASE)
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
+# The name of a file, with underscores as its only punctuation. After other words, m_2 may be a
+# length in metres, and kg_m2 is a unit.
+_FILE_NAME = re.compile(
+    r"m_([0-9]{1,3})|(?:.*_)?(?<!kg_)(?:m|(?:man|maneuver|manoeuvre)_?)([0-9]{1,3})"
+)
+_SUFFIXES = re.compile(r"(?:\.[a-z][a-z0-9]*)+\Z", re.IGNORECASE)
 # A word of letters with a number behind, such as T1 or run 1.
 _LABEL = re.compile(r"[^\d]*[^\W\d_][\W_]*([0-9]{1,3})")
 
@@ -329,6 +336,18 @@ def group_number(name: str) -> int | None:
     """Return the number in the name of a group, such as ``maneuver_2``; None for other names."""
     match = _GROUP_NAME.fullmatch(WORD_BREAKS.sub("_", name.lower()))
     return int(match[1]) if match else None
+
+
+def number_of_file(path: str) -> int | None:
+    """Return the number of the maneuver that ends the name of a file, such as ``run-m2.csv.gz``.
+
+    Return None for other names, and for names that mention several maneuvers.
+    """
+    stem = _SUFFIXES.sub("", PurePath(path).name)
+    match = _FILE_NAME.fullmatch(WORD_BREAKS.sub("_", stem.lower()))
+    if match is None or len(_MANEUVER_ANYWHERE.findall(stem)) > 1:
+        return None
+    return int(match[1] or match[2])
 
 
 def labelled_number(text: str) -> int | None:
