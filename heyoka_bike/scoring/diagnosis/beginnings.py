@@ -49,7 +49,7 @@ _ALONG = ("forward_speed", "kinetic_energy")
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
-    """Yield what the first rows show: work, asymmetry, and how the errors of roll and steer begin."""
+    """Yield what the first rows show: work, asymmetry, and how errors of roll and steer begin."""
     work = (*_work(report.maneuvers),)
     yield from work or _no_force_along(report)
     yield from _unsymmetric(report.maneuvers)

@@ -93,7 +93,9 @@ class Run:
         """Return the run up to a time [s]."""
         rows = self.motion.time <= end
         errors = {name: error[rows] for name, error in self.errors.items()}
-        return replace(self, motion=replace(self.motion, time=self.motion.time[rows]), errors=errors)
+        return replace(
+            self, motion=replace(self.motion, time=self.motion.time[rows]), errors=errors
+        )
 
     @property
     def rows(self) -> int:

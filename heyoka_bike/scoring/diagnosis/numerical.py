@@ -87,7 +87,9 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         # multistep method changes its order.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
-    is_general = all(isinstance(x, BeginsAs | NoForceAlong | EnergyVaries | EnergyKept) for x in found)
+    is_general = all(
+        isinstance(x, BeginsAs | NoForceAlong | EnergyVaries | EnergyKept) for x in found
+    )
     jumps = _roughness(c, hidden=0.0)
     is_noise = jumps is not None and _is_jumping(jumps) and jumps.part > _PART_OF_ROWS_ROUGH
     if is_general and not is_noise:

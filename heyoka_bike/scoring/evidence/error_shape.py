@@ -191,9 +191,9 @@ class NoForceAlong(Evidence):
     def message(self) -> str:
         largest = max(self.forces.values())
         return (
-            f"In the first {self.time:.3g} s the forward speed shows no force along the motion above "
-            f"{largest:.1g} N (drag, friction, a slope or a drive). The speed becomes wrong later, as it "
-            "does if roll and steer are wrong. Their columns show more"
+            f"In the first {self.time:.3g} s the forward speed shows no force along the motion "
+            f"above {largest:.1g} N (drag, friction, a slope or a drive). The speed becomes wrong "
+            "later, as it does if roll and steer are wrong. Their columns show more"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -1,6 +1,6 @@
 """Mistakes in the initial conditions, and exchanged maneuvers."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
@@ -11,6 +11,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     INITIAL_STATE,
     Mistake,
     Program,
+    Start,
     start_mistake,
 )
 
@@ -59,7 +60,7 @@ def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
     )
 
 
-def _spin_by(code: str, wheel: str, spin: str, own: str, other: str) -> Mistake:
+def _spin_by(wheel: str, change: Callable[[Start, float], Start], own: str, other: str) -> Mistake:
     """Make a mistake that computes the initial spin of one wheel with the other wheel's radius.
 
     The other initial velocities are right. So the wheel slips until the constraints act.
@@ -68,12 +69,16 @@ def _spin_by(code: str, wheel: str, spin: str, own: str, other: str) -> Mistake:
     def make(program: Program) -> Program:
         lengths = program.motion.bicycle
         ratio = float(lengths[own]) / float(lengths[other])
-        starts = {n: replace(s, **{spin: ratio}) for n, s in program.motion.starts.items()}
+        starts = {n: change(s, ratio) for n, s in program.motion.starts.items()}
         return program.moving(starts=starts)
 
-    says = f"only the {wheel} wheel starts with the spin that belongs to the other wheel's radius"
+    wrong = {"rear": "front", "front": "rear"}[wheel]
     return Mistake(
-        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
+        f"{wheel}_spin_by_{wrong}_radius",
+        f"only the {wheel} wheel starts with the spin that belongs to the other wheel's radius",
+        "the initial spin: the speed over the wheel's own radius",
+        "start",
+        make,
     )
 
 
@@ -153,8 +158,8 @@ START_MISTAKES: tuple[Mistake, ...] = (
               "radius of the front wheel", "rR", "rF"),
     _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
               "radius of the rear wheel", "rF", "rR"),
-    _spin_by("rear_spin_by_front_radius", "rear", "rear_spin", "rR", "rF"),
-    _spin_by("front_spin_by_rear_radius", "front", "front_spin", "rF", "rR"),
+    _spin_by("rear", lambda s, x: replace(s, rear_spin=x), "rR", "rF"),
+    _spin_by("front", lambda s, x: replace(s, front_spin=x), "rF", "rR"),
     _spin_kept("wheels_exchanged", "one"),
     _spin_kept("radii_exchanged", "wheel"),
 )  # fmt: skip

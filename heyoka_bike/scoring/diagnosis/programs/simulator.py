@@ -403,9 +403,7 @@ def _nodes_nearby(
     y = list(nodes[:, 1:].reshape(-1, _STATE_LENGTH).T[..., None])
     with np.errstate(all="ignore"):
         made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
-        rates = np.array(np.broadcast_arrays(*made)).reshape(
-            _STATE_LENGTH, count, points, -1
-        )
+        rates = np.array(np.broadcast_arrays(*made)).reshape(_STATE_LENGTH, count, points, -1)
         off = np.moveaxis(rates[..., 1:] - rates[..., :1], 0, 2)
         one = equations.convert(lambda x: x[:1] if np.ndim(x) else x, equations.a)
         first = {name: x[:1] for name, x in amounts.items()}
