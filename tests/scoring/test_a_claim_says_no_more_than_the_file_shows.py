@@ -9,13 +9,14 @@ from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.beginnings import BeginsAs
 from heyoka_bike.scoring.diagnosis.cause_words import count_words, inertia_words
 from heyoka_bike.scoring.diagnosis.conclusions import Integrator
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.energies import EnergyKept
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL, is_plausible
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
-from heyoka_bike.scoring.evidence.error_shape import BeginsAs, EnergyKept
 from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats import summary

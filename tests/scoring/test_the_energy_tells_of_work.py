@@ -8,11 +8,16 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.energies import is_of_motions, of_energy
+from heyoka_bike.scoring.diagnosis.energies import (
+    EnergyKept,
+    EnergyTrend,
+    EnergyVaries,
+    is_of_motions,
+    of_energy,
+)
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
-from heyoka_bike.scoring.evidence.error_shape import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.score import score
 
 KEYS = ("roll_angle", "potential_energy", "kinetic_energy", "mechanical_energy")

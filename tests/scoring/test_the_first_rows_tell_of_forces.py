@@ -5,18 +5,18 @@ import pytest
 
 from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.diagnosis.beginnings import beginnings
+from heyoka_bike.scoring.diagnosis.beginnings import (
+    BeginsAs,
+    NoForceAlong,
+    Unsymmetric,
+    WorkFromStart,
+    beginnings,
+)
 from heyoka_bike.scoring.diagnosis.claims import LINEAR
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.numerical import causes
-from heyoka_bike.scoring.evidence.error_shape import (
-    BeginsAs,
-    NoForceAlong,
-    Unsymmetric,
-    WorkFromStart,
-)
 from heyoka_bike.scoring.score import score
 
 SYMMETRIC = (

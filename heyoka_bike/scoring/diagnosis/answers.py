@@ -7,6 +7,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, visible_faults
+from heyoka_bike.scoring.diagnosis.beginnings import BeginsAs, WorkFromStart
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
 from heyoka_bike.scoring.diagnosis.conclusions import (
     Direction,
@@ -25,6 +26,8 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 from heyoka_bike.scoring.diagnosis.departures import Departs
 from heyoka_bike.scoring.diagnosis.energies import (
     EnergyOfOtherMotion,
+    EnergyTrend,
+    EnergyVaries,
     is_of_motions,
     of_contact,
     of_other_motions,
@@ -32,25 +35,16 @@ from heyoka_bike.scoring.diagnosis.energies import (
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
+from heyoka_bike.scoring.diagnosis.numerical import RoughError, SmoothError, TooFar
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.diagnosis.rows_between import RowsBetween
-from heyoka_bike.scoring.diagnosis.visible_faults import AnotherStart
+from heyoka_bike.scoring.diagnosis.visible_faults import AnotherStart, FallsOver
 from heyoka_bike.scoring.diagnosis.wrong_columns import ColumnsApart, columns_apart
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import (
-    BeginsAs,
-    EnergyTrend,
-    EnergyVaries,
-    FallsOver,
-    RoughError,
-    SmoothError,
-    TooFar,
-    WorkFromStart,
-)
 from heyoka_bike.scoring.findings import maneuvers
 from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.grouped import grouped

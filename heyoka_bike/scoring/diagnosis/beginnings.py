@@ -6,20 +6,17 @@ roll rate. Both statements are exact at the start, and testing them needs one co
 simulation.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import (
-    BeginsAs,
-    NoForceAlong,
-    Unsymmetric,
-    WorkFromStart,
-)
+from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
@@ -46,6 +43,169 @@ _LESS = 0.75
 _HIGHEST_REPORTED = 3
 # Columns whose errors show a force along the direction of motion.
 _ALONG = ("forward_speed", "kinetic_energy")
+
+
+@dataclass(frozen=True, slots=True)
+class WorkFromStart(Evidence):
+    """From the first row on the kinetic energy changes, although gravity does no work there.
+
+    Attributes
+    ----------
+    powers, forces
+        By maneuver number: the initial rate of change of the kinetic energy [W], and the force
+        along the motion with this power [N]. If the file has no kinetic energy, they are computed
+        from the speed.
+    """
+
+    powers: Mapping[int, float]
+    forces: Mapping[int, float]
+
+    only_describes = True
+    code = "work_from_start"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in self.powers.items())
+        forces = ", ".join(f"{x:.3g} N" for x in self.forces.values())
+        return (
+            f"From the first row on, the kinetic energy changes at a rate of {each}, although "
+            f"gravity does no work there. A force of {forces} along the motion would cause this: "
+            "drag, wind, a slope or a drive. If a smaller step reduces the rate, the integrator "
+            "causes it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "powers": {str(n): x for n, x in self.powers.items()},
+            "forces": {str(n): x for n, x in self.forces.items()},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class NoForceAlong(Evidence):
+    """In the first rows a wrong forward speed is right, so no force acts along the motion there.
+
+    Attributes
+    ----------
+    time
+        End of these rows [s].
+    forces
+        By maneuver number: a constant force that would change the speed until this time by as much
+        as the error or its resolution limit [N].
+    """
+
+    time: float
+    forces: Mapping[int, float]
+
+    only_describes = True
+    code = "no_force_along"
+
+    def message(self) -> str:
+        largest = max(self.forces.values())
+        return (
+            f"In the first {self.time:.3g} s the forward speed shows no force along the motion "
+            f"above {largest:.1g} N (drag, friction, a slope or a drive). The speed becomes wrong "
+            "later, as it does if roll and steer are wrong. Their columns show more"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"time": self.time, "forces": {str(n): x for n, x in self.forces.items()}}
+
+
+@dataclass(frozen=True, slots=True)
+class Unsymmetric(Evidence):
+    """An error begins alike in two maneuvers, although their initial roll rates differ greatly.
+
+    Attributes
+    ----------
+    key
+    small, large
+        The numbers of the maneuvers with the small and the large initial roll rate.
+    times
+        Ratio of the error in `large` to the error in `small`.
+    """
+
+    key: str
+    small: int
+    large: int
+    times: float
+
+    only_describes = True
+    code = "unsymmetric"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"In the first rows, the error of {self.key} is only {self.times:.2g} times as large "
+            f"in maneuver {self.large} as in maneuver {self.small}, which has a far smaller roll "
+            "rate. Look for an asymmetry (mass, axis, torque, wind, slope) or constant friction"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": [self.small, self.large], "times": self.times}
+
+
+@dataclass(frozen=True, slots=True)
+class BeginsAs(Evidence):
+    """The error of angles, or of rates, begins in proportion to a power of the time.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Either angles or rates.
+    order
+        The power in the error of an angle; that of its rate is lower by 1. 1 indicates a wrong
+        initial rate, wrong times or an integrator; 2 a force or a wrong initial speed; 3 a force
+        that is zero at the start. Higher powers count as 3.
+    maneuvers
+    is_alone
+        True if the file has no other column of roll and steer, which would show whether the motion
+        or only the output is wrong.
+    """
+
+    keys: tuple[str, ...]
+    order: int
+    maneuvers: tuple[int, ...]
+    is_alone: bool = False
+
+    only_describes = True
+    code = "begins_as"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        kind = "rate" if self.keys[0].endswith("rate") else "angle"
+        power = ("the time", "the square of the time", "the cube of the time")[
+            self.order - 1 - (kind == "rate")
+        ]
+        higher = ", or to a higher power of it" if self.order == _HIGHEST_REPORTED else ""
+        rates = " or ".join(key.replace("angle", "rate") for key in self.keys)
+        why = {
+            1: (
+                f"a wrong initial {rates}, wrong times, or a stiff force that acts within the "
+                "first rows"
+            ),
+            2: "a wrong parameter, force or term that acts from the first row on, or a wrong "
+            "initial speed",
+            3: "a wrong parameter, force or term that has no effect while the bicycle is upright "
+            "and straight, or that acts only later",
+        }[self.order]
+        many = len(self.keys) > 1
+        if kind == "rate" and self.order < _HIGHEST_REPORTED:
+            why += ", or the integrator"
+        if self.is_alone:
+            why += (
+                ". The file has no other column of roll and steer, so the motion may also be right "
+                f"and only the {kind} computed wrongly"
+            )
+        return (
+            f"In the first rows of {maneuvers(self.maneuvers)}, the error{'s' * many} of "
+            f"{' and '.join(self.keys)} grow{'s' * (not many)} in proportion to {power}"
+            f"{higher}. Typical causes: {why}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.keys[0], "columns": list(self.keys)}
+        return {**where, "maneuvers": list(self.maneuvers), "order": self.order}
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:

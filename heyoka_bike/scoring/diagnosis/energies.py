@@ -17,14 +17,8 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import (
-    ContactYields,
-    EnergyKept,
-    EnergyTrend,
-    EnergyVaries,
-)
 from heyoka_bike.scoring.evidence.words import short_number
-from heyoka_bike.scoring.findings import Severity, maneuvers
+from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers
 from heyoka_bike.scoring.grades import (
     MAX_ROUNDING_FLOORS,
     MIN_ROWS_FOR_SHAPE,
@@ -46,6 +40,148 @@ _FEWEST_SUNK = 3  # minimum number of rows in the interval `_SUNK`
 # Largest relative difference between the potential energies that the maneuvers lose to a soft
 # contact, for these energies to count as equal. With MuJoCo the difference is 0.05.
 _ALIKE = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyTrend(Evidence):
+    """The mechanical energy falls or grows steadily in every maneuver.
+
+    Attributes
+    ----------
+    maneuvers
+    changes : tuple of float
+        Change in each maneuver relative to the energy; all have the same sign.
+    """
+
+    maneuvers: tuple[int, ...]
+    changes: tuple[float, ...]
+
+    only_describes = True
+
+    def _finding(self) -> Finding:
+        every = " in every maneuver" if len(self.maneuvers) > 1 else ""
+        numbers, each = list(self.maneuvers), map(str, self.maneuvers)
+        changes = dict(zip(each, self.changes, strict=True))
+        if max(self.changes) > 0.0:
+            said = (
+                f"The mechanical energy grows steadily{every}, as with a drive in the model or an "
+                "explicit method of low order. If a smaller step reduces the growth, the method "
+                "causes it"
+            )
+            return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
+        said = (
+            f"The mechanical energy falls steadily{every}, as with a damper, drag, a slipping "
+            "contact or numerical damping. If a smaller step or tolerance reduces the loss, "
+            "numerical damping causes it"
+        )
+        return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyVaries(Evidence):
+    """The mechanical energy changes, but not steadily in every maneuver.
+
+    Attributes
+    ----------
+    largest : mapping of int to (float, float)
+        By maneuver number: the largest change since the first row [J], and its time [s]. Only
+        maneuvers with a change are included.
+    until
+        Time from which the energy is constant in all these maneuvers [s]; None if there is no
+        such time.
+    """
+
+    largest: Mapping[int, tuple[float, float]]
+    until: float | None = None
+
+    only_describes = True
+    code = "energy_varies"
+
+    def message(self) -> str:
+        if self.until is not None:
+            each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in self.largest.items())
+            return (
+                f"The mechanical energy changes only before {self.until:.3g} s, at most by {each}. "
+                "Look for a force that acts only until then"
+            )
+        each = ", ".join(
+            f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
+        )
+        changes, them = ("change", "it") if len(self.largest) == 1 else ("changes", "them")
+        return (
+            f"The mechanical energy is not constant. Largest {changes} since the first row: "
+            f"{each}. If a smaller step does not reduce {them}, a force does work, or the energy "
+            "is incomplete or computed wrongly"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        changes = {str(n): x for n, (x, _) in self.largest.items()}
+        times = {str(n): t for n, (_, t) in self.largest.items()}
+        return {"changes": changes, "times": times, "until": self.until}
+
+
+@dataclass(frozen=True, slots=True)
+class ContactYields(Evidence):
+    """The potential energy falls by the same amount at the beginning of every maneuver.
+
+    Attributes
+    ----------
+    energy
+        The amount [J].
+    time
+        The time at which it stops falling [s].
+    constant
+        Time constant of the contact: the square root of its depth over gravity [s].
+    """
+
+    energy: float
+    time: float
+    constant: float
+
+    code = "contact_yields"
+
+    def message(self) -> str:
+        return (
+            f"In every maneuver the potential energy falls by {short_number(self.energy)} J within "
+            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. Make "
+            "contact and friction stiffer (docs/how-to/engines.md); a smaller step alone does not "
+            "help"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"energy": self.energy, "time": self.time, "time_constant": self.constant}
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyKept(Evidence):
+    """The mechanical energy is constant, while its parts are wrong in every maneuver.
+
+    Attributes
+    ----------
+    left
+        The largest change of the mechanical energy [J].
+    exchanged : mapping of int to float
+        By maneuver number: the error of the potential and the kinetic energy [J].
+    """
+
+    left: float
+    exchanged: Mapping[int, float]
+
+    only_describes = True
+    code = "energy_kept"
+
+    def message(self) -> str:
+        most = max(self.exchanged.values())
+        to = f" to within {short_number(self.left)} J" if self.left else ""
+        return (
+            f"The mechanical energy is constant{to}, although the potential and the kinetic energy "
+            f"are off by up to {short_number(most)} J. This makes a damper, drag, friction or a "
+            "drive unlikely, because these change the mechanical energy"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        exchanged = {str(n): x for n, x in self.exchanged.items()}
+        return {"left": self.left, "exchanged": exchanged}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,31 +1,20 @@
 """Describe the shape of an error that no mistake of the model explains."""
 
-from collections.abc import Collection, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
-from heyoka_bike.scoring.diagnosis.beginnings import beginnings
-from heyoka_bike.scoring.diagnosis.energies import of_energy
+from heyoka_bike.scoring.diagnosis.beginnings import BeginsAs, NoForceAlong, beginnings
+from heyoka_bike.scoring.diagnosis.energies import EnergyKept, EnergyVaries, of_energy
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import (
-    BeginsAs,
-    BlownUp,
-    EnergyKept,
-    EnergyVaries,
-    ErrorOfRounding,
-    IterationNoise,
-    NoForceAlong,
-    RoughError,
-    SinglePrecisionBeside,
-    SmoothError,
-    StepRinging,
-    TooFar,
-    TooFewRows,
-)
+from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
+from heyoka_bike.scoring.evidence.words import scale_words
+from heyoka_bike.scoring.findings import Severity, named
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
@@ -44,9 +33,211 @@ _ITERATION_NOISE = 2e-3
 _ALTERNATING_PART = 0.95
 # If the noise is more than this fraction of a column's error, the error counts as noise.
 _PART_OF_ROWS_ROUGH = 0.3
+_BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 # Number of parts of equal length of a run. The noise of the run is the median of the noise of its
 # parts.
 _PARTS_OF_RUN = 5
+
+
+@dataclass(frozen=True, slots=True)
+class TooFar(Evidence):
+    """Half of the columns or more are off by at least half of their scale.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Columns of the state that are needed to check the equations of motion, but are missing.
+    """
+
+    missing: tuple[str, ...] = ()
+
+    code = "too_far"
+
+    def message(self) -> str:
+        return (
+            "At least half of the columns are off by at least half of their largest value. Check "
+            "the first rows, and that the columns are the benchmark's, in its order and units"
+            + _with_missing(self.missing)
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"missing": list(self.missing)}
+
+
+@dataclass(frozen=True, slots=True)
+class BlownUp(Evidence):
+    """The motion blows up.
+
+    Attributes
+    ----------
+    maneuver, key
+        The column with the largest error.
+    time
+        Time from which its error exceeds half of its scale [s].
+    max_rel_error
+        Its largest error relative to the scale.
+    """
+
+    maneuver: int
+    key: str
+    time: float
+    max_rel_error: float
+
+    code = "blown_up"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"The motion blows up: {self.key} of maneuver {self.maneuver} is off by more than half "
+            f"of its largest value from {self.time:.3g} s on, and by up to "
+            f"{scale_words(self.max_rel_error)}. Compare only the rows before that time"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "maneuver": self.maneuver,
+            "column": self.key,
+            "time": self.time,
+            "max_rel_error": self.max_rel_error,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorOfRounding(Evidence):
+    """The largest error, relative to the scale, is no larger than rounding causes in a run."""
+
+    max_rel_error: float
+
+    code = "limited_by_rounding"
+
+    def message(self) -> str:
+        return (
+            f"The error is at most {self.max_rel_error:.1g} of a column's largest value, as small "
+            "as the accumulated rounding of binary64 arithmetic. If a smaller step or tolerance "
+            f"does not reduce it, it is rounding. To compare the files A and B of two runs: "
+            f"{_BOTH_TOLERANCES}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"max_rel_error": self.max_rel_error}
+
+
+@dataclass(frozen=True, slots=True)
+class TooFewRows(Evidence):
+    """The file has too few rows to show the shape of the error."""
+
+    code = "cannot_tell"
+
+    def message(self) -> str:
+        return "There are too few rows to show the shape of the error. Write more rows"
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothError(Evidence):
+    """The error is smooth, as from an integrator, a different model or wrong times.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Columns of the state that are needed to check the equations of motion, but are missing.
+    """
+
+    missing: tuple[str, ...] = ()
+
+    code = "smooth_error"
+
+    def message(self) -> str:
+        return (
+            "The error is smooth. Halve the step or divide the tolerance by ten. If the error "
+            "falls, it is the integrator's. If it stays, look for another cause"
+            + _with_missing(self.missing)
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"missing": list(self.missing)}
+
+
+@dataclass(frozen=True, slots=True)
+class RoughError(Evidence):
+    """The error of columns is noise, far above the digits written.
+
+    Attributes
+    ----------
+    places : tuple of str
+        The columns (``2.roll_angle``).
+    are_all
+        True if noise is most of the error in most columns; False if it is only a part.
+    """
+
+    places: tuple[str, ...]
+    are_all: bool = True
+
+    code = "rough_error"
+
+    def message(self) -> str:
+        whose = "The error" if self.are_all else f"A part of the error of {named(self.places)}"
+        return (
+            f"{whose} jumps from row to row like noise, and is far larger than the rounding of the "
+            "values. The step size is not the cause: look for single-precision numbers, random "
+            "terms, or a loose tolerance in an iterative solver"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.places)}
+
+
+@dataclass(frozen=True, slots=True)
+class StepRinging(Evidence):
+    """The rates of maneuvers alternate up and down from row to row."""
+
+    maneuvers: tuple[int, ...]
+
+    code = "step_ringing"
+
+    def message(self) -> str:
+        return (
+            "The velocities alternate up and down from row to row, as with the trapezoidal rule if "
+            "nothing damps the highest frequency. Start with consistent accelerations, or add a "
+            "little numerical damping"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class IterationNoise(Evidence):
+    """The rates of maneuvers jump from row to row, much more than the angles."""
+
+    maneuvers: tuple[int, ...]
+
+    code = "iteration_noise"
+
+    def message(self) -> str:
+        return (
+            "The velocities jump from row to row, much more than the angles. Tighten the Newton "
+            "tolerance; a smaller step does not help. If the jumps remain, check contact and "
+            "friction, or rounding if they are below 1e-8 of the largest value"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class SinglePrecisionBeside(Evidence):
+    """The values are single-precision numbers, but the error is far larger than their rounding."""
+
+    single: SinglePrecision
+
+    code = "single_precision"
+
+    def message(self) -> str:
+        said = self.single.message()
+        return f"{said}. But the error is far larger than this: look for another cause first"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.single.keys)}
 
 
 class _Rough(NamedTuple):
@@ -185,3 +376,10 @@ def _roughness(c: ColumnScore, hidden: float = CLEARLY) -> _Rough | None:
     if found.size <= hidden * (c.floor or 0.0) or not spread:
         return None
     return _Rough(found.size / spread, found.size / (c.scale or 1.0), found)
+
+
+def _with_missing(keys: Sequence[str]) -> str:
+    """Return the end of a sentence on columns that would show more; empty if there are none."""
+    if not keys:
+        return ""
+    return f". If the file also has {named(keys)}, the diagnosis checks the equations of motion"

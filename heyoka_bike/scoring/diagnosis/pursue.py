@@ -9,8 +9,9 @@ Faults that are visible only in comparison with the wrong motion are looked for 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.numerical import SinglePrecisionBeside
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.row_checks import ROW_CHECKS, run_check
@@ -63,8 +65,8 @@ from heyoka_bike.scoring.evidence.column_meaning import (
     SignContradiction,
 )
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision, TimeShift
-from heyoka_bike.scoring.evidence.error_shape import RightElsewhere, SinglePrecisionBeside
 from heyoka_bike.scoring.explanation import Curve
+from heyoka_bike.scoring.findings import maneuvers
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
@@ -81,6 +83,42 @@ from heyoka_bike.scoring.score import scored_rows
 
 # Causes whose simulated run the report draws.
 _SHOWN = Explained | IntegratedBy | LinearMotion
+
+
+@dataclass(frozen=True, slots=True)
+class RightElsewhere(Evidence):
+    """Some maneuvers are right; the diagnosis is about the other maneuvers only.
+
+    Attributes
+    ----------
+    wrong, right : tuple of int
+        Numbers of the maneuvers.
+    max_rel_error
+        Largest error of the right maneuvers, relative to the scale.
+    is_rest
+        True if other faults of the file are named beside this.
+    """
+
+    wrong: tuple[int, ...]
+    right: tuple[int, ...]
+    max_rel_error: float
+    is_rest: bool = False
+
+    only_describes = True
+    code = "right_elsewhere"
+
+    def message(self) -> str:
+        is_are = "is" if len(self.wrong) == 1 else "are"
+        start = "Otherwise only" if self.is_rest else "Only"
+        return (
+            f"{start} {maneuvers(self.wrong)} {is_are} wrong. In {maneuvers(self.right)} the "
+            f"largest error is only {self.max_rel_error:.1g} of a column's largest value. So look "
+            f"for input or settings of your program that differ in {maneuvers(self.wrong)}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"wrong": list(self.wrong), "right": list(self.right)}
+        return {**numbers, "max_rel_error": self.max_rel_error}
 
 
 @dataclass(frozen=True, eq=False, slots=True)

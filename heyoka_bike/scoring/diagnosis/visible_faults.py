@@ -15,7 +15,6 @@ from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.departures import Departs, departures
 from heyoka_bike.scoring.diagnosis.rows_between import RowsBetween, held_or_interpolated
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import FallsOver
 from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
@@ -33,6 +32,32 @@ _LEAN_OF_LYING = np.pi / 2
 _UPRIGHT, _STRIDE = 0.1, 1.0
 # Keys of the given initial values that are not zero.
 _GIVEN = ("roll_rate", "forward_speed")
+
+
+@dataclass(frozen=True, slots=True)
+class FallsOver(Evidence):
+    """The bicycle falls over, although it does not in the exact motion.
+
+    Attributes
+    ----------
+    times : mapping of int to float
+        By maneuver number: the time at which the lean exceeds a quarter turn [s].
+    """
+
+    times: Mapping[int, float]
+
+    code = "falls_over"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        times = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in self.times.items())
+        return (
+            f"The bicycle falls over: its lean exceeds 90 degrees {times}. Check contact, friction "
+            "and step size in the first tenths of a second, and ignore the later rows"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"times": {str(n): t for n, t in self.times.items()}}
 
 
 @dataclass(frozen=True, slots=True)

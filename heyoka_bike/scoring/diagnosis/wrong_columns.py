@@ -12,9 +12,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.error_shape import NotDiagnosed
 from heyoka_bike.scoring.evidence.words import number_in_unit, scale_words
-from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, together, warning
+from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, together, warning
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import rms
@@ -23,6 +22,25 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.scaled_columns import Scaled, scaled
 from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+
+@dataclass(frozen=True, slots=True)
+class NotDiagnosed(Evidence):
+    """Columns that the benchmark does not define are wrong, and so are the benchmark's."""
+
+    keys: tuple[str, ...]
+
+    only_describes = True
+    code = "not_diagnosed"
+
+    def message(self) -> str:
+        return (
+            f"Also wrong, but not diagnosed: {named(self.keys)}. Only the benchmark's columns are "
+            "diagnosed; correct those first"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
 
 
 @dataclass(frozen=True, slots=True)
