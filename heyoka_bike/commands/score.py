@@ -11,9 +11,8 @@ The formats are $formats, and each of them compressed with gzip. A text file may
 separators, headers and comments. The name - is standard input.
 
 Several files are compared side by side as different programs, unless they contain different
-maneuvers of one run, or their names state different maneuvers (m1.txt, m2.txt). With --step or
---tolerance they are runs of one program, and the report shows how its error decreases. A .toml file
-lists such runs with steps, tolerances and processor times.
+maneuvers of one run. With --step or --tolerance they are runs of one program, and the report shows
+how its error decreases. A .toml file lists such runs with steps, tolerances and processor times.
 
 examples:
   heyoka-bike score my-results.txt

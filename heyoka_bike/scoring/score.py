@@ -97,10 +97,10 @@ def score(
 def aligned(results: Sequence[Results], reference: Reference) -> Alignment:
     """Align the results of one run with the reference, and leave out columns never filled in."""
     files = [_aligned_file(r, reference) for r in results]
-    return merge(with_names(files, results, reference))
+    return merge(_with_names(files, results, reference))
 
 
-def with_names(
+def _with_names(
     files: Sequence[Alignment], results: Sequence[Results], reference: Reference
 ) -> Sequence[Alignment]:
     """Return the aligned files of one run, no two of them with the same maneuver if possible.

@@ -67,7 +67,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Convergence, Run, Series
-from heyoka_bike.scoring.score import aligned, scored, with_names
+from heyoka_bike.scoring.score import aligned, scored
 from heyoka_bike.scoring.scores import ColumnScore
 
 
@@ -486,9 +486,6 @@ def score_files(
 ) -> Report | Series:
     """Return a `Report` if the files contain different maneuvers of one run, otherwise a `Series`.
 
-    Files whose names state different maneuvers are one run, too, even if two of them have rows of
-    the same maneuver. This does not apply to files with steps, tolerances or names of programs.
-
     Parameters and errors are those of `score_series` and `compare`. The series contains runs of one
     program if `is_one_program`, by default if there are steps or tolerances; otherwise it contains
     several programs.
@@ -497,11 +494,9 @@ def score_files(
     check_names(names, len(results))
     options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
     files = _files(results, known, options)
-    if len(set(names or ())) < 2:
-        run = files if steps or tolerances or is_one_program else with_names(files, results, known)
-        held = [p.number for a in run for p in a.parts]
-        if len(set(held)) == len(held):
-            return scored(merge(run), known, require)
+    held = [p.number for a in files for p in a.parts]
+    if len(set(held)) == len(held) and len(set(names or ())) < 2:
+        return scored(merge(files), known, require)
     if is_one_program is None:
         is_one_program = steps is not None or tolerances is not None
     if not is_one_program:

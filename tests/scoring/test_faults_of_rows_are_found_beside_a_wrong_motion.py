@@ -6,6 +6,7 @@ rows. The exact motion does not show such a fault, but the motion with the wrong
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from generators.mistaken_programs import correct, motion, with_changes
 from generators.published_columns import side_by_side
@@ -47,6 +48,12 @@ def averaged(table):
     return {"smoothed_columns": None}
 
 
+def filtered(table):
+    for of in table.values():
+        of["steer_rate"] = lfilter([0.4], [1.0, -0.6], of["steer_rate"])
+    return {"filtered_columns": None}
+
+
 def exchanged(table):
     of = table[2]
     of["roll_rate"], of["steer_rate"] = of["steer_rate"], of["roll_rate"]
@@ -69,7 +76,7 @@ def of_another(table):
     return {"column_of_another_maneuver": None}
 
 
-EVERY = (unsigned, in_degrees, averaged, exchanged, mirrored, late, of_another)
+EVERY = (unsigned, in_degrees, averaged, filtered, exchanged, mirrored, late, of_another)
 
 
 def named(table, reference):

@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip("heyoka")
 
 from scipy.interpolate import CubicSpline
+from scipy.signal import StateSpace, lfilter, lsim
 
 from generators.mistaken_programs import columns_of, correct, motion
 from generators.published_columns import side_by_side
@@ -149,6 +150,43 @@ def test_a_moving_average(count, reference):
     first, *rest = said(reference, held)
     assert (first.code, first.evidence["rows"]) == ("smoothed_columns", count)
     assert {f.code for f in rest} <= {"remainder"}
+
+
+def with_filter(x, step, constant, way):
+    """Return the output of a low-pass filter of first order, which starts with its input.
+
+    The usual discrete filter, or the solution of T y' + y = x for an input that is linear from row
+    to row.
+    """
+    if way == "usual":
+        a = step / (constant + step)
+        return lfilter([a], [1.0, a - 1.0], x, zi=[(1.0 - a) * x[0]])[0]
+    time = step * np.arange(len(x))
+    return lsim(StateSpace(-1.0 / constant, 1.0 / constant, 1.0, 0.0), x, time, X0=x[0])[1]
+
+
+@pytest.mark.parametrize("way", ["usual", "exact"])
+@pytest.mark.parametrize("keys", [KEYS, ("steer_rate",)])
+def test_a_low_pass_filter(keys, way, reference):
+    held = columns(reference)
+    for n in held:
+        held[n] |= {k: with_filter(held[n][k], 0.02, 0.03, way) for k in keys}
+    first, *rest = said(reference, held)
+    assert first.code == "filtered_columns"
+    # Energies and speed hardly vary, so their digits may hide the filter.
+    seen = {place.split(".")[1] for place in first.evidence["columns"]}
+    assert {*keys} & {*LATERAL} <= seen <= {*keys}
+    assert first.evidence["time_constant"] == pytest.approx(0.03, rel=1e-4)
+    assert {f.code for f in rest} <= {"remainder"}
+
+
+@pytest.mark.parametrize("delay", [0.001, 0.01, 0.023])
+def test_a_delay_is_no_filter(delay, reference):
+    late = np.maximum(reference[1].time[ROWS] - delay, 0.0)
+    held = columns(reference)
+    for n in held:
+        held[n] |= reference[n].approximate(late, ["steer_rate"])
+    assert "filtered_columns" not in {f.code for f in said(reference, held)}
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.averages import averaged, averaged_over_step
 from heyoka_bike.scoring.rows.bounds import clipped
+from heyoka_bike.scoring.rows.filters import filtered
 from heyoka_bike.scoring.rows.other_columns import another
 from heyoka_bike.scoring.rows.other_moments import at_other_moment
 from heyoka_bike.scoring.rows.scaled_columns import ratio, ratio_for_a_time
@@ -73,6 +74,7 @@ COLUMN_FAULTS = (
     averaged,
     averaged_over_step,
     at_other_moment,
+    filtered,
     ratio_for_a_time,
 )
 """Functions that describe the deviation which one fault makes in a column; None if it makes none.

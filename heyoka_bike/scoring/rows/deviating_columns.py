@@ -23,6 +23,7 @@ from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.averages import SmoothedColumns
 from heyoka_bike.scoring.rows.column_faults import COLUMN_FAULTS
+from heyoka_bike.scoring.rows.filters import FilteredColumns
 from heyoka_bike.scoring.rows.other_columns import OtherColumn, another, pairs_exchanged
 from heyoka_bike.scoring.rows.other_maneuvers import of_other_maneuvers
 from heyoka_bike.scoring.rows.scaled_columns import ColumnRatio, scaled
@@ -224,8 +225,9 @@ def _evidence(report: Report, found: _Deviations) -> Iterator[Evidence]:
     keys = [*dict.fromkeys(key for _, key in seen)]
 
     def rank(where: list[tuple[int, str]]) -> tuple[bool, int]:
-        """Rank by column, after the columns that are smoothed, which share one sentence."""
-        return not isinstance(seen[where[0]], SmoothedColumns), keys.index(where[0][1])
+        """Rank by column, after the faults that name several columns in one sentence."""
+        several = isinstance(seen[where[0]], SmoothedColumns | FilteredColumns)
+        return not several, keys.index(where[0][1])
 
     for where in sorted(alike.values(), key=rank):
         yield _joined([seen[place] for place in where])

@@ -110,6 +110,12 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
     return Mistake(code, says, "the radius in the forward speed", "output", make)
 
 
+def _absolute_steer_rate(columns: Columns, _: Array) -> Columns:
+    """Add the angular velocity of the rear frame along the steer axis to the steer rate."""
+    absolute = columns["steer_rate"] + columns["yaw_rate_steer_axes_z"]
+    return {**columns, "steer_rate": absolute}
+
+
 _BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "front wheel"}
 
 # Degree of the polynomials that interpolate a rate between the rows.
@@ -211,5 +217,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                  "rear wheel times the radius of the front wheel", "rF", "rR"),
     _speed_times("speed_written_by_rear_radius", "the forward speed written is the spin of the "
                  "front wheel times the radius of the rear wheel", "rR", "rF"),
+    output_mistake("steer_rate_absolute", "the steer rate written is the absolute angular velocity "
+                   "of the front frame about the steer axis, without subtracting that of the rear "
+                   "frame", "the steer rate in the output: it is relative to the rear frame",
+                   _absolute_steer_rate),
 )  # fmt: skip
 """Mistakes in the output, in no particular order."""
