@@ -63,6 +63,7 @@ def height_of_centre(p):
     [
         replace(START, rolling=frozenset("B")),
         replace(START, rolling=frozenset("BH")),
+        replace(START, turning=frozenset("BH")),
         replace(START, front_spin=0.0),
         replace(START, rear_spin=6 / 7),
         replace(START, about_centre=True),
@@ -82,7 +83,7 @@ def test_what_is_left_is_orthogonal_to_all_admissible_velocities(
         height = height_of_centre(parameters) if start.about_centre else 0.0
         spin = -spins[b] * start.speed / parameters[f"r{b}"] if b in spins else 0.0
         given[f"v_{b}"] = np.array([start.speed, -rate * (heights(parameters)[b] - height), 0.0])
-        given[f"w_{b}"] = np.array([rate, spin, 0.0])
+        given[f"w_{b}"] = np.array([rate if b in start.turning else 0.0, spin, 0.0])
     left = {
         name: v - sum(x * np.array(e[name], float) for x, e in zip(u, upright.units, strict=True))
         for name, v in given.items()

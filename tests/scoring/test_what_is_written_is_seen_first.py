@@ -180,6 +180,16 @@ def test_a_low_pass_filter(keys, way, reference):
     assert {f.code for f in rest} <= {"remainder"}
 
 
+def test_counts_of_a_power_of_two_are_no_single_precision(reference):
+    """They have far fewer bits than single precision, in any binade."""
+    held = columns(reference)
+    for n in held:
+        held[n]["steer_angle"] = np.floor(held[n]["steer_angle"] * 512) / 512
+    codes = {f.code for f in said(reference, held)}
+    assert "coarse_grid" in codes
+    assert not codes & {"single_precision", "half_precision"}
+
+
 @pytest.mark.parametrize("delay", [0.001, 0.01, 0.023])
 def test_a_delay_is_no_filter(delay, reference):
     late = np.maximum(reference[1].time[ROWS] - delay, 0.0)

@@ -248,7 +248,7 @@ class SinglePrecision(Evidence):
         True if the written values are single-precision numbers; False if only intermediate values
         were.
     are_all
-        True if all values are single-precision numbers; False if most are.
+        True if all values are single-precision numbers; False if only those of `keys` are.
     """
 
     keys: tuple[str, ...]
@@ -260,11 +260,11 @@ class SinglePrecision(Evidence):
 
     def message(self) -> str:
         if self.is_written:
+            which = "All values" if self.are_all else f"The values of {named(self.keys)}"
             return (
-                f"{'All' if self.are_all else 'Most'} values are single-precision numbers, which "
-                "have seven digits. Relative errors near 1e-7, and larger errors that grow out of "
-                "them, come from single precision, in the computation or in the output. Compute "
-                "and store in double precision"
+                f"{which} are single-precision numbers, which have seven digits. Relative errors "
+                "near 1e-7, and larger errors that grow out of them, come from single precision, "
+                "in the computation or in the output. Compute and store in double precision"
             )
         return (
             "The values jump from row to row by about 1e-7 of their size, as if computed from "

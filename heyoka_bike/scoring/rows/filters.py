@@ -30,7 +30,8 @@ class FilteredColumns(Evidence):
     places
         The columns (``2.roll_angle``).
     time_constant
-        T in the filter T y' + y = x, by which slow changes are late [s].
+        Time by which slow changes are late [s]. It is T in the filter T y' + y = x, to within a
+        row.
     """
 
     places: tuple[str, ...]
@@ -41,9 +42,9 @@ class FilteredColumns(Evidence):
 
     def message(self) -> str:
         return (
-            f"{self._where()}: the values have passed a low-pass filter of first order with a time "
-            f"constant of {self.time_constant:.4g} s, which makes slow changes late by this time. "
-            "Write the rows as they are computed, without a filter"
+            f"{self._where()}: the values have passed a low-pass filter of first order, which "
+            f"makes slow changes late by {self.time_constant:.4g} s (its time constant, to within "
+            "a row). Write the rows as they are computed, without a filter"
         )
 
     def _where(self) -> str:

@@ -30,6 +30,8 @@ from heyoka_bike.scoring.units import factor
 _FEWEST_LEVELS = 5
 # Significant bits of half-precision and single-precision numbers; half precision is tried first.
 _HALF, _SINGLE = 11, 24
+# Number of last bits that are zero in all values only if the values are counts of a step.
+_UNUSED_BITS = 4
 _BITS = (_HALF, _SINGLE)
 # Largest distance of a written value from the nearest number with few bits, in halves of the unit
 # of the last digit written: 1 for rounding, and a little more for the roundoff of reading.
@@ -98,7 +100,7 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
 
     Each value is compared with the spacing of such numbers in its own binade. If that spacing is
     hardly coarser than the digits written, any value is near such a number by chance, so these
-    values do not count.
+    values do not count. Values with far fewer bits are counts of a step, such as an encoder's.
     """
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
@@ -113,8 +115,15 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
         off = np.abs(values - apart * np.rint(values / apart))
         telling = apart > CLEARLY * least
         if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and np.all(off <= _ROUNDED * least):
-            return bits
+            return bits if _use_their_bits(values, bits, least) else None
     return None
+
+
+def _use_their_bits(values: Array, bits: int, least: Array | float) -> bool:
+    """True if some values have a bit among the last few of numbers with this many bits."""
+    coarser = Quantum(2, digits=bits - _UNUSED_BITS).at(values)
+    off = np.abs(values - coarser * np.rint(values / np.where(coarser > 0.0, coarser, 1.0)))
+    return bool(np.any(off > _ROUNDED * least))
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,9 +195,11 @@ def coarse_grids(report: Report) -> Undone | None:
 
 
 def _has_few_bits(m: ManeuverScore, c: ColumnScore) -> bool:
-    """True if a column is known to be of single or half precision."""
-    quantum = m.part.quantum.get(c.key)
-    return quantum is not None and quantum.base == 2 and quantum.digits in _BITS
+    """True if a column is known to be of single or half precision, and uses these bits."""
+    quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
+    if quantum is None or quantum.base != 2 or quantum.digits not in _BITS:
+        return False
+    return _use_their_bits(values[np.isfinite(values)], quantum.digits, 0.0)
 
 
 def _matters(c: ColumnScore, step: float) -> bool:

@@ -116,6 +116,10 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_without_wheels", "the wheels start without the roll rate",
                   "the initial velocities of the wheels",
                   lambda s: replace(s, rolling=s.rolling - frozenset("RF"))),
+    start_mistake("roll_without_wheels_turning", "the wheels start without the roll rate, but "
+                  "their hubs move sideways with it",
+                  "the initial angular velocities of the wheels",
+                  lambda s: replace(s, turning=s.turning - frozenset("RF"))),
     start_mistake("roll_about_centre", "the roll rate is about the centre of mass, not the ground",
                   "the lateral velocities at the start: zero on the ground",
                   lambda s: replace(s, about_centre=True)),
@@ -166,8 +170,9 @@ START_MISTAKES: tuple[Mistake, ...] = (
 """Mistakes in the initial conditions, in no particular order, without those of `misplaced`."""
 
 VIOLATING = frozenset(
-    ("roll_of_frame_only", "roll_without_wheels", "roll_about_centre", "roll_without_translation",
-     "front_wheel_at_rest", "rear_wheel_at_rest", "wheels_at_rest",
+    ("roll_of_frame_only", "roll_without_wheels", "roll_without_wheels_turning",
+     "roll_about_centre", "roll_without_translation", "front_wheel_at_rest",
+     "rear_wheel_at_rest", "wheels_at_rest",
      "rear_spin_by_front_radius", "front_spin_by_rear_radius")
 )  # fmt: skip
 """Codes of the mistakes whose initial velocities violate the rolling constraints."""

@@ -84,6 +84,8 @@ class Start:
         [m/s], [rad/s]
     rolling
         Bodies that start with the roll rate.
+    turning
+        Of these bodies, those that also turn with it; the centres of mass of the others only move.
     rear_spin, front_spin
         Initial spin of each wheel, relative to the speed divided by its radius.
     about_centre
@@ -101,6 +103,7 @@ class Start:
     speed: float
     roll_rate: float
     rolling: frozenset[str] = frozenset(BODIES)
+    turning: frozenset[str] = frozenset(BODIES)
     rear_spin: float = 1.0
     front_spin: float = 1.0
     about_centre: bool = False
@@ -336,7 +339,7 @@ def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
         arm = sideways[b] - (centre if start.about_centre else 0.0)
         turn = m.axes.to_rear if b in "RB" else m.axes.to_front
         given[f"v_{b}"] = (speed, rate * arm if start.falling else 0.0, 0.0)
-        given[f"w_{b}"] = turn((rate, spin, 0.0))
+        given[f"w_{b}"] = turn((rate if b in start.turning else 0.0, spin, 0.0))
     momentum = [float(m.product(unit, given)) for unit in m.units]
     made = np.linalg.lstsq(np.array(m.mass, dtype=float), momentum, rcond=None)[0]
     roll_rate, steer_rate, forward = made.tolist()
