@@ -34,7 +34,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
-from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.recognition import FASTEST_MODE
@@ -235,6 +235,9 @@ def with_steps_of_rows(runs: Sequence[Run], deadline: Deadline) -> Iterator[Inte
     """
     step = runs[0].spacing
     begun = [run.until(float(run.motion.time[-1]) / _PARTS_OF_RUN) for run in runs]
+    if any(len(run.motion.time) < MIN_ROWS_FOR_SHAPE for run in begun):
+        # The beginnings have too few rows, so use all of them.
+        begun = [*runs]
     low, most = [x for x in METHODS if x.order <= _LOW_ORDER], _EVALUATIONS_OF_ROWS
     methods = [x for _, x, _ in _resembling(begun, low, most // _PARTS_OF_RUN, deadline)]
     found = _resembling(runs, methods, most, deadline)

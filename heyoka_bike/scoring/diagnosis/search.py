@@ -234,7 +234,7 @@ def _by_output(search: Search) -> Iterable[Hypothesis]:
     file = search.file
     starts: list[Causes] = [(m,) for m in _starts(file)]
     if len(starts) > THRESHOLDS.max_starts:
-        starts = file.promising(starts)
+        starts = file.promising(starts, THRESHOLDS.max_leaders)
     beside = (*LINEAR_PROGRAMS, *_written(file), *_clock(file.residual))
     return file.judged((*starts, *((m,) for m in beside)))
 
@@ -258,7 +258,9 @@ def _written(file: FileUnderTest) -> list[Mistake]:
 
 
 def _by_library(search: Search) -> Iterable[Hypothesis]:
-    return search.file.judged(search.file.promising([(m,) for m in OF_MODEL]))
+    return search.file.judged(
+        search.file.promising([(m,) for m in OF_MODEL], THRESHOLDS.max_simulated)
+    )
 
 
 def _shows_no_motion(search: Search) -> bool:
@@ -551,7 +553,9 @@ SEARCH = (
         "which two mistakes explain more than each of them alone?",
         lambda search: not search.ends_early,
         lambda search: search.file.judged(
-            search.file.promising(_pairs(search.file, [*search.found, *search.starts]))
+            search.file.promising(
+                _pairs(search.file, [*search.found, *search.starts]), THRESHOLDS.max_leaders
+            )
         ),
     ),
     Trial(

@@ -204,12 +204,16 @@ class FileUnderTest:
                 yield self._judge(*x, expected)
                 self.tried += 1
 
-    def promising(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
+    def promising(
+        self, hypotheses: Sequence[tuple[Cause, ...]], few: int
+    ) -> list[tuple[Cause, ...]]:
         """Return the hypotheses that are worth an accurate simulation of whole runs.
 
         A cause of all runs also explains the beginning of one, which takes less time to simulate.
         The causes that explain the beginning of the worst maneuver best are then compared with
-        whole runs. Both times the simulation is only as accurate as this choice needs.
+        whole runs. Both times the simulation is only as accurate as this choice needs. The best
+        `few` are returned even if they explain little: one of them may explain the file together
+        with another mistake.
         """
         every = [p.part for p in self._parts]
         (number, _), _ = max(self.right.after.items(), key=lambda x: x[1])
@@ -219,11 +223,10 @@ class FileUnderTest:
             # The file has too few rows at the beginning, so use all of them.
             begun = worst
         likely = self._best(hypotheses, [begun], 1.0 / AS_GOOD)[: THRESHOLDS.max_simulated]
-        whole = self._best([h.mistakes for h in likely], every, 0.0)
-        # The best few are needed even if they explain little: one of them may explain the file
-        # together with another mistake.
-        few = THRESHOLDS.max_leaders
-        kept = [h.mistakes for i, h in enumerate(whole) if i < few or h.gain > AS_GOOD]
+        kept = [h.mistakes for h in likely]
+        if len(kept) > few:
+            whole = self._best(kept, every, 0.0)
+            kept = [h.mistakes for i, h in enumerate(whole) if i < few or h.gain > AS_GOOD]
         self.tried += len(hypotheses) - len(kept)
         return kept
 
