@@ -97,7 +97,9 @@ def zeros(t):
     ("rows", "values", "said"),
     [
         # No cause explains noise, so the search tries everything.
-        pytest.param(1001, noise, "off by at least half of their largest value", marks=pytest.mark.slow),
+        pytest.param(
+            1001, noise, "off by at least half of their largest value", marks=pytest.mark.slow
+        ),
         pytest.param(101, zeros, "contain only zeros", marks=pytest.mark.proof),
     ],
 )
