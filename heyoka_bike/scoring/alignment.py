@@ -255,6 +255,12 @@ def are_even(time: Array, step: float) -> bool:
     return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < TOLERANCE)
 
 
+def even_step(time: Array) -> float | None:
+    """Return the distance of evenly spaced times [s]; None if they are not evenly spaced."""
+    step = float(np.ptp(time)) / (len(time) - 1) if len(time) > 1 else 0.0
+    return step if are_even(time - time[0], step) else None
+
+
 def _with_reference_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
     """Load the reference's columns for all results; leave out columns that the reference lacks."""
     written = {key for rows in results.maneuvers for key in rows.values}

@@ -109,19 +109,18 @@ def _with_names(
     or in their names, each file gets the maneuver that it states.
     """
     held = [part.number for a in files for part in a.parts]
-    stated = [stated_number(r, reference) for r in results]
-    if len({*held}) == len(held) or None in stated:
+    if len({*held}) == len(held) or None in (stated_number(r, reference) for r in results):
         return files
 
-    def with_name(aligned: Alignment, results: Results, number: int | None) -> Alignment:
-        wrong = [x for x in aligned.seen if isinstance(x, ManeuverNamedOtherwise)]
-        if not wrong:
-            return aligned
-        rows = (replace(results.maneuvers[0], maneuver=number),)
-        seen = (*results.seen, replace(wrong[0], maneuver=wrong[0].named))
-        return _aligned_file(replace(results, maneuvers=rows, seen=seen), reference)
+    def with_name(file: Alignment, written: Results) -> Alignment:
+        wrong = next((x for x in file.seen if isinstance(x, ManeuverNamedOtherwise)), None)
+        if wrong is None:
+            return file
+        rows = (replace(written.maneuvers[0], maneuver=wrong.named),)
+        seen = (*written.seen, replace(wrong, maneuver=wrong.named))
+        return _aligned_file(replace(written, maneuvers=rows, seen=seen), reference)
 
-    return [with_name(*x) for x in zip(files, results, stated, strict=True)]
+    return [with_name(*x) for x in zip(files, results, strict=True)]
 
 
 def _aligned_file(results: Results, reference: Reference) -> Alignment:

@@ -181,7 +181,7 @@ def test_a_low_pass_filter(keys, way, reference):
 
 
 def test_counts_of_a_power_of_two_are_no_single_precision(reference):
-    """They have far fewer bits than single precision, in any binade."""
+    """Counts of an encoder have far fewer bits than single-precision numbers, in any binade."""
     held = columns(reference)
     for n in held:
         held[n]["steer_angle"] = np.floor(held[n]["steer_angle"] * 512) / 512

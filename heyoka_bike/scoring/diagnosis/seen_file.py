@@ -218,7 +218,7 @@ class FileUnderTest:
         every = [p.part for p in self._parts]
         (number, _), _ = max(self.right.after.items(), key=lambda x: x[1])
         worst = next(part for part in every if part.number == number)
-        begun = worst.at(worst.time <= self._first_errors())
+        begun = worst.at(worst.time <= self._first_errors)
         if len(begun.time) < MIN_ROWS_FOR_SHAPE:
             # The file has too few rows at the beginning, so use all of them.
             begun = worst
@@ -234,12 +234,13 @@ class FileUnderTest:
         self, hypotheses: Sequence[tuple[Cause, ...]], parts: Sequence[Part], least: float
     ) -> list[Hypothesis]:
         """Judge hypotheses by some rows; return those with more than the least gain, best first."""
-        judge = FileUnderTest(parts, self._reference, Simulator(COARSE), (), self._deadline)
-        if max(judge.right.after.values(), default=0.0) < BY_FAR * COARSE.error:
-            judge = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
+        judge = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
+        if max(judge.right.after.values(), default=0.0) >= BY_FAR * COARSE.error:
+            judge.simulator = Simulator(COARSE)
         known = [h for h in judge.judged(hypotheses) if h.gain > least]
         return sorted(known, key=lambda h: -h.gain)
 
+    @cached_property
     def _first_errors(self) -> float:
         """Return the time at which all maneuvers with a visible error have begun to show it [s].
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import are_even
+from heyoka_bike.scoring.alignment import even_step
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.measures import rms
@@ -56,7 +56,7 @@ def averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
     All definitions of the column are tried. The deviation is NaN at both ends.
     """
     time, value = c.trace.time, c.trace.value
-    if c.values < m.rows or not are_even(time - time[0], float(np.ptp(time)) / (len(time) - 1)):
+    if c.values < m.rows or even_step(time) is None:
         return None
     names = [x.name for x in m.part.reference.definitions[c.key]]
     right = np.array([*m.part.reference.approximate(time, names).values()])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.alignment import are_even
+from heyoka_bike.scoring.alignment import even_step
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Severity, maneuvers, named
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
@@ -17,7 +17,7 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import Deviation, floor_of
+from heyoka_bike.scoring.rows.table import Deviation, floor_of, own_name
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 
@@ -65,10 +65,7 @@ def filtered(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
     row. A filter resembles a delay, so it must explain the column clearly better than its delay.
     """
     time, value, exact = c.trace.time, c.trace.value, c.trace.reference
-    if c.values < m.rows or len(time) < MIN_ROWS_FOR_SHAPE:
-        return None
-    step = float(np.ptp(time)) / (len(time) - 1)
-    if not are_even(time - time[0], step):
+    if c.values < m.rows or len(time) < MIN_ROWS_FOR_SHAPE or (step := even_step(time)) is None:
         return None
     terms = np.column_stack([exact[1:] - value[:-1], exact[:-1] - exact[1:]])
     a, b = np.linalg.lstsq(terms, np.diff(value), rcond=None)[0].tolist()
@@ -82,8 +79,7 @@ def filtered(m: ManeuverScore, c: ColumnScore, _: Report) -> Deviation | None:
     if float(np.max(np.abs(value - output))) > max(c.hidden, RIGHT * c.scale):
         return None
     delay = step * ((1.0 + b) / a - 1.0)
-    own = next(d.name for d in m.part.reference.definitions[c.key] if d.definition == c.definition)
-    late = time >= delay
+    late, own = time >= delay, own_name(m, c)
     shifted = m.part.reference.approximate(time[late] - delay, [own])[own]
     if CLEARLY * max(rms(value - output), floor_of(c)) > rms(value[late] - shifted):
         return None

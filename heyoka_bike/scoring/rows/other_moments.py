@@ -15,7 +15,7 @@ from heyoka_bike.scoring.grades import RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, Deviation, floor_of
+from heyoka_bike.scoring.rows.table import ENERGY, PARTS_OF_ENERGY, Deviation, floor_of, own_name
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 
@@ -130,9 +130,8 @@ def _moments(m: ManeuverScore, c: ColumnScore, error: Array) -> Iterator[Deviati
     time, reference = c.trace.time, m.part.reference
     end = float(reference.duration)
     step = float(np.median(np.diff(time)))
-    own = next(x.name for x in reference.definitions[c.key] if x.definition == c.definition)
     is_sum, where = c.key == ENERGY, (m.maneuver,)
-    for name in PARTS_OF_ENERGY if is_sum else (own,):
+    for name in PARTS_OF_ENERGY if is_sum else (own_name(m, c),):
 
         def exact(times: Array, name: str = name) -> Array:
             return reference.approximate(np.clip(times, 0.0, end), [name])[name]

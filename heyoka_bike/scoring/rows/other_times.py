@@ -11,7 +11,7 @@ from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
 from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, FEW_COLUMNS
-from heyoka_bike.scoring.rows.table import is_right_column, whole_columns
+from heyoka_bike.scoring.rows.table import is_right_column, own_name, whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # Largest change of the time scale that is fitted, and largest shift relative to the length of the
@@ -32,10 +32,7 @@ class AtOtherTimes:
         self.time = m.part.time[rows]
         self.end = float(m.part.reference.duration)
         self._reference = m.part.reference
-        self._names = [
-            next(d.name for d in self._reference.definitions[c.key] if d.definition == c.definition)
-            for c in self.columns
-        ]
+        self._names = [own_name(m, c) for c in self.columns]
         self._values = np.array([c.trace.value[rows] / c.scale for c in self.columns])
 
     def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import are_even
+from heyoka_bike.scoring.alignment import even_step
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Severity, maneuvers
 from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, TOLERANCE
@@ -251,8 +251,7 @@ def _rows_off(m: ManeuverScore, key: str) -> tuple[float, float]:
         return 0.0, np.inf
     rate, angle = both
     time = rate.trace.time
-    step = float(np.ptp(time)) / (len(time) - 1)
-    if not are_even(time - time[0], step):
+    if (step := even_step(time)) is None:
         return 0.0, np.inf
     powers = local_polynomials(time, angle.trace.value, _DEGREE_OF_SLOPES)
     inner = slice(_DEGREE_OF_SLOPES, -_DEGREE_OF_SLOPES)

@@ -114,6 +114,12 @@ def to_si(c: ColumnScore) -> float:
     return c.as_understood.sign * factor(c.as_understood.unit)[0]
 
 
+def own_name(m: ManeuverScore, c: ColumnScore) -> str:
+    """Return the name of the reference's column with the definition of a column of the file."""
+    definitions = m.part.reference.definitions[c.key]
+    return next(d.name for d in definitions if d.definition == c.definition)
+
+
 def finite(x: float) -> float | None:
     """Return a number, or None if it is infinite."""
     return x if np.isfinite(x) else None

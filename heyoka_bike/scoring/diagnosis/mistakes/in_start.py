@@ -42,43 +42,34 @@ def _place(sources: Mapping[int, int]) -> Mistake:
     )
 
 
-def _faster(program: Program, ratio: float) -> Program:
-    """Return the program with the initial speeds multiplied by a ratio."""
-    starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.motion.starts.items()}
+_Scaled = Callable[[Start, float], Start]
+"""Function from initial conditions and a ratio to the changed initial conditions."""
+
+
+def _faster(start: Start, ratio: float) -> Start:
+    """Multiply the initial speed by a ratio."""
+    return replace(start, speed=start.speed * ratio)
+
+
+def _scaled(program: Program, change: _Scaled, ratio: float) -> Program:
+    """Return the program with the initial conditions of all maneuvers changed by a ratio."""
+    starts = {n: change(s, ratio) for n, s in program.motion.starts.items()}
     return program.moving(starts=starts)
 
 
-def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
-    """Make a mistake that starts a wheel with the speed divided by the other wheel's radius."""
+def _by_radius(code: str, says: str, change: _Scaled, own: str, other: str) -> Mistake:
+    """Make a mistake that divides the speed by the radius of the other wheel, for its initial spin.
 
-    def make(program: Program) -> Program:
-        lengths = program.motion.bicycle
-        return _faster(program, float(lengths[radius]) / float(lengths[other]))
-
-    return Mistake(
-        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
-    )
-
-
-def _spin_by(wheel: str, change: Callable[[Start, float], Start], own: str, other: str) -> Mistake:
-    """Make a mistake that computes the initial spin of one wheel with the other wheel's radius.
-
-    The other initial velocities are right. So the wheel slips until the constraints act.
+    The rolling conditions make the other initial velocities agree with this spin (`_faster`), or
+    these are right, and the wheel slips until the constraints act.
     """
 
     def make(program: Program) -> Program:
         lengths = program.motion.bicycle
-        ratio = float(lengths[own]) / float(lengths[other])
-        starts = {n: change(s, ratio) for n, s in program.motion.starts.items()}
-        return program.moving(starts=starts)
+        return _scaled(program, change, float(lengths[own]) / float(lengths[other]))
 
-    wrong = {"rear": "front", "front": "rear"}[wheel]
     return Mistake(
-        f"{wheel}_spin_by_{wrong}_radius",
-        f"only the {wheel} wheel starts with the spin that belongs to the other wheel's radius",
-        "the initial spin: the speed over the wheel's own radius",
-        "start",
-        make,
+        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
     )
 
 
@@ -88,7 +79,8 @@ def _spin_kept(code: str, rear: str) -> Mistake:
 
     def make(program: Program) -> Program:
         made = exchange.change(program)
-        return _faster(made, float(made.motion.bicycle["rR"]) / float(program.motion.bicycle["rR"]))
+        right, wrong = (float(p.motion.bicycle["rR"]) for p in (program, made))
+        return _scaled(made, _faster, wrong / right)
 
     says = f"{exchange.says}, and the rear {rear} starts with the speed over its right radius"
     return Mistake(f"{code}_spin_kept", says, "which wheel is the rear one", "model", make)
@@ -158,12 +150,15 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   lambda s: replace(s, speed_of_centre=True)),
     start_mistake("speed_in_km_h", "the initial speed is read as km/h",
                   "the unit of the initial speed", lambda s: replace(s, speed=s.speed / 3.6)),
-    _speed_by("speed_by_front_radius", "the initial spin of the rear wheel is the speed over the "
-              "radius of the front wheel", "rR", "rF"),
-    _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
-              "radius of the rear wheel", "rF", "rR"),
-    _spin_by("rear", lambda s, x: replace(s, rear_spin=x), "rR", "rF"),
-    _spin_by("front", lambda s, x: replace(s, front_spin=x), "rF", "rR"),
+    _by_radius("speed_by_front_radius", "the initial spin of the rear wheel is the speed over the "
+               "radius of the front wheel", _faster, "rR", "rF"),
+    _by_radius("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
+               "radius of the rear wheel", _faster, "rF", "rR"),
+    _by_radius("rear_spin_by_front_radius", "only the rear wheel starts with the spin that belongs "
+               "to the other wheel's radius", lambda s, x: replace(s, rear_spin=x), "rR", "rF"),
+    _by_radius("front_spin_by_rear_radius", "only the front wheel starts with the spin that "
+               "belongs to the other wheel's radius", lambda s, x: replace(s, front_spin=x),
+               "rF", "rR"),
     _spin_kept("wheels_exchanged", "one"),
     _spin_kept("radii_exchanged", "wheel"),
 )  # fmt: skip

@@ -76,11 +76,12 @@ class Accuracy:
 
 
 FINE = Accuracy(1e-13, 16, (1, 2), 7, 1e-9, 48)
-"""For causes that are compared with the file. Intervals of half the length with 12 points have the
-same error, but take twice the time."""
+"""For programs that are compared with the file. Intervals of half the length with 12 points have
+the same error, but take twice the time."""
 
 COARSE = Accuracy(1e-4, 6, (1,), 4, 1e-6, 144)
-"""For the choice of causes that are worth an accurate simulation. It takes a fifth of the time."""
+"""For the choice of causes that are worth an accurate simulation. A coarse simulation takes a fifth
+of the time of an accurate one."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

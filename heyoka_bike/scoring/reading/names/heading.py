@@ -69,7 +69,8 @@ _IN_DEGREES = {"rad": "deg", "rad s-1": "deg/s"}
 _MANEUVERS = frozenset(
     {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
 )
-_PATTERN_OF_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
+_WORDS_OF_MANEUVER = "man|maneuver|manoeuvre"
+_PATTERN_OF_MANEUVER = rf"(?:m|{_WORDS_OF_MANEUVER})"
 _ONE_IN_BRACKETS = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_PATTERN_OF_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 _WHOLE_SECONDS = re.compile(r"(.*?)secs?", re.IGNORECASE)
@@ -107,7 +108,7 @@ _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 # The name of a file, with underscores as its only punctuation. After other words, m_2 may be a
 # length in metres, and kg_m2 is a unit.
 _FILE_NAME = re.compile(
-    r"m_([0-9]{1,3})|(?:.*_)?(?<!kg_)(?:m|(?:man|maneuver|manoeuvre)_?)([0-9]{1,3})"
+    rf"m_([0-9]{{1,3}})|(?:.*_)?(?<!kg_)(?:m|(?:{_WORDS_OF_MANEUVER})_?)([0-9]{{1,3}})"
 )
 _SUFFIXES = re.compile(r"(?:\.[a-z][a-z0-9]*)+\Z", re.IGNORECASE)
 # A word of letters with a number behind, such as T1 or run 1.
