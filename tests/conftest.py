@@ -8,7 +8,9 @@ import os
 import pickle
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,7 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
+from heyoka_bike.scoring.diagnosis.budget import DEFAULT_BUDGET, NEVER, Budget, Deadline
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest, Simulator
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
@@ -80,6 +82,21 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 def jobs_in_the_process_of_the_test() -> Iterator[None]:
     """Jobs run in the test's own process by default: there is already one process per processor."""
     with using(workers=1):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def diagnoses_without_time_limit() -> Iterator[None]:
+    """A diagnosis with the default budget has no time limit in the tests, so what it finds does not
+    depend on the speed of the machine."""
+    begun = Budget.begun
+
+    def patient(budget: Budget) -> Deadline:
+        deadline = begun(budget)
+        return replace(deadline, end=inf) if budget.seconds == DEFAULT_BUDGET else deadline
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Budget, "begun", patient)
         yield
 
 

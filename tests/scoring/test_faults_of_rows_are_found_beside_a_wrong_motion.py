@@ -123,7 +123,6 @@ def test_a_speed_that_is_that_of_the_start_hides_no_wrong_value(wrong, reference
     table = columns(reference, wrong)
     for of in table.values():
         of["forward_speed"] = np.full_like(TIME, of["forward_speed"][0])
-    # The budget does not matter here: a slow machine may need more than the default.
-    (found, *_) = diagnose(side_by_side(table, TIME), reference, budget=200).diagnosis
+    (found, *_) = diagnose(side_by_side(table, TIME), reference).diagnosis
     value, output = found.evidence["mistakes"]
     assert (value, output) == (f"other_{next(iter(wrong))}", "speed_of_start")
