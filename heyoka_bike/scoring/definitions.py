@@ -19,8 +19,9 @@ conditions in only one unit and sign, the column has these. An angle has the sig
 one column of a file is in degrees, others may be in degrees, however wrong they are.
 
 A rate is the slope of its angle, whatever the motion is. So the rows of a wrong motion, too, show
-whether the two have the same sign. If they do not, the one that fits better with the other sign is
-flipped.
+whether the two have the same sign, and units that belong together. If the signs are opposite, the
+one that fits better with the other sign is flipped. A unit other than the assumed one is dropped
+if the rate is the slope of its angle in the assumed unit only.
 
 Before the values are compared, the default is five times as likely as any other definition. The
 same holds for a definition that belongs to one already found: the derivative of the file's own
@@ -74,7 +75,7 @@ from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
-from heyoka_bike.scoring.slopes import opposite_pairs
+from heyoka_bike.scoring.slopes import Columns, opposite_pairs, slope_sign
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # In likelihoods, an error curve counts as this many independent values. Error curves of programs
@@ -198,14 +199,16 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
     starts = _units_and_signs_at_start(samples)
     off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
 
-    def choose(key: str, signs: Sequence[int] = (1, -1)) -> Understanding:
+    def choose(key: str, signs: Sequence[int] = (1, -1), unit: str | None = None) -> Understanding:
         having = [i for i, s in enumerate(samples) if key in s.values]
         errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
-        return _choose(key, [samples[i] for i in having], errors, found, starts, signs)
+        return _choose(key, [samples[i] for i in having], errors, found, starts, signs, unit)
 
     for key in COMPARED:
         if any(key in s.values for s in samples):
             found[key] = choose(key)
+    for key, unit in _units_by_slopes(found, samples, starts):
+        found[key] = choose(key, unit=unit)
     for pair in _opposite_in_wrong_motion(found, samples, starts):
         flipped = min(pair, key=lambda key: _cost_of_flip(key, found[key], samples))
         found[flipped] = choose(flipped, (-found[flipped].sign,))
@@ -429,16 +432,53 @@ def _opposite_in_wrong_motion(
 
     Columns that are near the expected values show their signs themselves.
     """
-    rows = [
-        {k: (s.time[k], found[k].in_si(s.values[k])) for k in s.values.keys() & _WITH_SLOPES}
+    rows = _rows_with_slopes(found, samples)
+    for pair in opposite_pairs(rows, is_begun=bool(starts.keys() & ANGLE_OF.keys())):
+        if not all(_is_right_size(key, found, samples) for key in pair):
+            yield pair
+
+
+def _units_by_slopes(
+    found: Understandings, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> Iterator[tuple[str, str]]:
+    """Yield angles and rates that have their assumed unit, because the rate is the slope only then.
+
+    Other units were chosen for them, because the first row of another column shows these.
+    """
+
+    def sign(pair: tuple[str, str], units: Sequence[str]) -> int:
+        read = {key: replace(found[key], unit=u) for key, u in zip(pair, units, strict=True)}
+        return slope_sign(*pair, _rows_with_slopes(read, samples))
+
+    for rate, angle in ANGLE_OF.items():
+        pair = angle, rate
+        if not found.keys() >= {*pair}:
+            continue
+        chosen = [found[key].unit for key in pair]
+        assumed = [_assumed_unit_and_sign(key, samples, starts)[0] for key in pair]
+        if chosen != assumed and not sign(pair, chosen):
+            either = product(*zip(chosen, assumed, strict=True))
+            fitting = next((units for units in either if sign(pair, units) > 0), chosen)
+            yield from (
+                (k, unit) for k, unit in zip(pair, fitting, strict=True) if unit != found[k].unit
+            )
+
+
+def _rows_with_slopes(found: Understandings, samples: Sequence[Sample]) -> list[Columns]:
+    """Return the times and values [SI] of the angles and rates of each maneuver."""
+    return [
+        {
+            k: (s.time[k], found[k].in_si(s.values[k]))
+            for k in s.values.keys() & _WITH_SLOPES & found.keys()
+        }
         for s in samples
     ]
-    for pair in opposite_pairs(rows, is_begun=bool(starts.keys() & ANGLE_OF.keys())):
-        for key in pair:
-            having = [s for s in samples if key in s.values]
-            if not _is_near(key, _typical(key, found[key], having), having):
-                yield pair
-                break
+
+
+def _is_right_size(key: str, found: Understandings, samples: Sequence[Sample]) -> bool:
+    """True if a column as interpreted is near the expected values, see `_is_near`."""
+    having = [s for s in samples if key in s.values]
+    return _is_near(key, _typical(key, found[key], having), having)
 
 
 def _cost_of_flip(key: str, u: Understanding, samples: Sequence[Sample]) -> float:
@@ -467,6 +507,7 @@ def _choose(
     found: Understandings,
     starts: Mapping[str, _UnitAndSign],
     signs: Sequence[int],
+    unit: str | None,
 ) -> Understanding:
     """Choose the unit and the sign of a column, then its definition.
 
@@ -481,11 +522,16 @@ def _choose(
         Units and signs that the first row shows.
     signs
         Signs that the column may have.
+    unit
+        Unit of the column; None to choose it.
     """
     columns = samples[0].definitions[key]
-    pairs = [pair for pair in _units_and_signs(key, samples) if pair[1] in signs]
-    unit, sign = _assumed_unit_and_sign(key, samples, starts)
-    assumed = unit, sign if sign in signs else signs[0]
+    pairs = [
+        pair for pair in _units_and_signs(key, samples)
+        if pair[1] in signs and unit in (None, pair[0])
+    ]  # fmt: skip
+    usual, sign = _assumed_unit_and_sign(key, samples, starts)
+    assumed = unit or usual, sign if sign in signs else signs[0]
     candidates = [Understanding(c, *pair) for pair in pairs for c in columns]
     before = np.array([_log_prior(key, c, found) for c in columns])
     likely = np.tile(before, len(pairs)) + np.sum(

@@ -1,4 +1,4 @@
-"""Compare the signs of rates with the slopes of their angles, which they equal in any motion."""
+"""Compare rates with the slopes of their angles, which they equal in any motion."""
 
 from collections.abc import Mapping, Sequence
 
@@ -24,7 +24,7 @@ def opposite_pairs(maneuvers: Sequence[Columns], *, is_begun: bool) -> list[tupl
         from these, and every rate is the opposite of a slope, the rows may be in reversed order.
         Then no pair is returned.
     """
-    signs = {(angle, rate): _sign(angle, rate, maneuvers) for rate, angle in ANGLE_OF.items()}
+    signs = {(angle, rate): slope_sign(angle, rate, maneuvers) for rate, angle in ANGLE_OF.items()}
     found = [pair for pair, x in signs.items() if x < 0]
     if 1 in signs.values() or (is_begun and all(_continues(found, m) for m in maneuvers)):
         return found
@@ -42,8 +42,8 @@ def _continues(pairs: Sequence[tuple[str, str]], columns: Columns) -> bool:
     return all(is_small(*pair) for pair in pairs if columns.keys() >= {*pair})
 
 
-def _sign(angle: str, rate: str, maneuvers: Sequence[Columns]) -> int:
-    """Return 1 if a rate is a slope, -1 if it is the opposite, 0 if the rows do not show which.
+def slope_sign(angle: str, rate: str, maneuvers: Sequence[Columns]) -> int:
+    """Return 1 if a rate is a slope, -1 if it is the opposite, 0 if the rows show neither.
 
     Most of a maneuver must show the sign. No maneuver may show the other sign in more than a tenth:
     a sign that is flipped by mistake is flipped in all rows. But the roll angle of a bicycle that

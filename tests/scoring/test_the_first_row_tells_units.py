@@ -65,6 +65,24 @@ def test_the_units_of_other_columns_are_no_more_than_likely(reference):
     assert found["roll_angle"][0] == found["steer_angle"][0] == "rad"
 
 
+@pytest.mark.parametrize("units", [("", ""), (" [rad]", " [deg/s]")])
+@pytest.mark.parametrize("number", [1, 3])
+def test_an_angle_has_the_unit_in_which_its_rate_is_its_slope(number, units, reference):
+    """The rates show degrees in their first row. The angles are so far off that they would fit
+    better in degrees, too, but then the rates would not be their slopes."""
+    m = reference[number]
+    named = {}
+    for angle, rate in zip(ANGLES, RATES, strict=True):
+        size = 10 * m.scale(angle)
+        named[angle + units[0]] = m.rows[angle] + size * (1 - np.cos(m.time / 2))
+        named[rate + units[1]] = DEGREES * (m.rows[rate] + size / 2 * np.sin(m.time / 2))
+    report = score({"time": m.time, **named}, reference, maneuver=number)
+    found = taken(report, number)
+    assert {found[key] for key in ANGLES} == {("rad", 1)}
+    assert {found[key] for key in RATES} == {("degree s-1", 1)}
+    assert not [x for x in report.seen if isinstance(x, UnitContradicted)]
+
+
 def test_a_motion_that_grows_beyond_all_bounds_stays_in_its_unit(reference):
     m = reference[2]
     grown = {key: m.rows[key] * np.exp(m.time) for key in (*ANGLES, *RATES)}
