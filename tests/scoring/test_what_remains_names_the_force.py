@@ -224,9 +224,9 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
         assert np.max(np.abs(found - right)) < 1e-12
 
 
-def pushed(reference, equations, force):
+def pushed(reference, equations, force, missing=()):
     """Maneuver 2 with a torque in the roll equation and one on the steer axis, integrated by
-    SciPy."""
+    SciPy, without some columns."""
     program = correct(reference)
     start = np.array(initial_state(program.motion.bicycle, program.motion.starts[2]))
     start[5] /= equations.k.length
@@ -241,7 +241,8 @@ def pushed(reference, equations, force):
     time = np.arange(151) / 100
     run = solve_ivp(slope, (0, 1.5), [*start, 0.0], "DOP853", t_eval=time, rtol=1e-8, atol=1e-11)
     columns = equations.columns(list(run.y))
-    rows = Rows(2, time, 0 * time, {key: columns[key] for key in BENCHMARK_COLUMNS})
+    keys = [key for key in BENCHMARK_COLUMNS if key not in missing]
+    rows = Rows(2, time, 0 * time, {key: columns[key] for key in keys})
     return diagnose(Results("made", "text", (rows,), 17), reference).diagnosis
 
 
@@ -286,3 +287,57 @@ def test_a_term_that_nobody_knows_is_told_as_such(reference, equations, place):
     # The torque does the work, so an integrator does not change the energy.
     assert told.evidence["loads"]
     assert not {"energy_varies", "mistake", "parameters"} & {f.code for f in said}
+
+
+COMPUTED = (("steer_rate",), ("roll_rate",), ("forward_speed",), ("forward_speed", "steer_rate"))
+"""Columns that follow from the others: rates are slopes, and the kinetic energy shows the speed."""
+
+
+@pytest.mark.parametrize(
+    "missing", [COMPUTED[0], *(pytest.param(x, marks=pytest.mark.proof) for x in COMPUTED[1:])]
+)
+def test_columns_that_follow_from_the_others_hide_no_force(reference, equations, missing):
+    said = pushed(reference, equations, LAWS["steer_by_roll_angle"], missing)
+    (found,) = said[0].evidence["changes"][0]
+    assert found["unknown"] == "steer_by_roll_angle"
+    assert found["value"] == pytest.approx(3.0, rel=1e-3)
+    unknown = pushed(reference, equations, lambda t, *_: (0.0, 0.3 * np.sin(7.0 * t)), missing)
+    told = next(f for f in unknown if f.code == "term_unexplained")
+    assert told.evidence["acts_in"] == "steer"
+    # Without the equation of the speed, any place explains the force.
+    assert bool(told.evidence["loads"]) == ("forward_speed" not in missing)
+
+
+@pytest.mark.parametrize("missing", COMPUTED)
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [
+        ("RK4", 0.01),
+        pytest.param("explicit Euler", 0.005, marks=pytest.mark.proof),
+        pytest.param("trapezoidal", 0.01, marks=pytest.mark.proof),
+    ],
+)
+def test_an_integrator_is_no_force_if_columns_are_computed(
+    reference, equations, method, step, missing
+):
+    """A rate that is in the file has the same error as the accelerations."""
+    run = fixed_step(Discretised(reference, is_regular=True), method, step)
+    parts = tuple(
+        replace(m, values={k: x for k, x in m.values.items() if k not in missing})
+        for m in run.maneuvers
+    )
+    found = causes_of(replace(run, maneuvers=parts), reference, equations)
+    assert found.visibility is Visibility.EQUATIONS
+    assert not found.is_open
+
+
+def test_a_kinetic_energy_that_contradicts_the_initial_speed_shows_no_speed(reference, equations):
+    def changed(key, v, number):
+        return 1.01 * v if key == "kinetic_energy" else v
+
+    keys = [key for key in BENCHMARK_COLUMNS if key != "forward_speed"]
+    found = causes_of(made(reference, changed, keys), reference, equations)
+    assert found.visibility is Visibility.EQUATIONS_PARTLY
+    right = causes_of(made(reference, names=keys), reference, equations)
+    assert right.visibility is Visibility.EQUATIONS
+    assert max(right.shares.values()) < 1e-9

@@ -43,7 +43,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
         # The residual was computed with other definitions of the columns, so it cannot refute this
         # hypothesis.
         return True
-    return not residual.leaves_force(residual.relief(h.mistakes))
+    return not residual.leaves_force([residual.judged(*h.mistakes)])
 
 
 def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:

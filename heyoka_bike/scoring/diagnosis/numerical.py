@@ -10,7 +10,7 @@ from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.beginnings import BeginsAs, NoForceAlong, beginnings
 from heyoka_bike.scoring.diagnosis.energies import EnergyKept, EnergyVaries, of_energy
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
+from heyoka_bike.scoring.diagnosis.residual.observed import missing_for_equations
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.words import scale_words
@@ -251,7 +251,7 @@ class _Rough(NamedTuple):
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the evidence of numerical causes, or at least that the error is smooth."""
     there = report.by_column()
-    missing = tuple(key for key in STATE_KEYS if key not in there)
+    missing = missing_for_equations(there)
     far = [c.error > MEANINGLESS_ERROR for _, c in report.places]
     if 2 * sum(far) >= len(far):
         # The first rows tell their part even if the error becomes large later.

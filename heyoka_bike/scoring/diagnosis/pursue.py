@@ -393,8 +393,17 @@ def _end_of(pursuit: Pursuit) -> Answer:
 
 
 def _by_consistent_rows(pursuit: Pursuit, end: Answer) -> list[Causes]:
-    """Find causes from the rows that do not contradict each other, see `consistent_parts`."""
-    motions = () if end.residual is None else end.residual.motions
+    """Find causes from the rows that do not contradict each other, see `consistent_parts`.
+
+    The error of an integrator, if one was run, also explains such contradictions.
+    """
+    if any(isinstance(x, IntegratedBy) for x in end.seen):
+        return []
+    seen = end.residual
+    motions = () if seen is None else seen.motions
+    # A mismatch of rates and angles that is far smaller than the residual does not cause it.
+    if seen is not None and seen.mismatch * BY_FAR < max(seen.shares.values()):
+        motions = ()
     for parts in consistent_parts(pursuit.view, motions):
         if causes := causes_of(pursuit.of_rows(parts, ONLY_EQUATIONS).seen):
             return causes

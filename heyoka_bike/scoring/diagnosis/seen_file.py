@@ -461,7 +461,8 @@ class FileUnderTest:
             if self.edit is not None:
                 return best
         if best is not None and best.is_open:
-            best = self._by_other_definitions(taken, library) or best
+            agree = best.above > BY_FAR
+            best = self._by_other_definitions(taken, library, rates_are_slopes=agree) or best
         if best is not None:
             # Compute the fitted values now, within the time limit: all later steps use them.
             _ = best.fitted
@@ -490,7 +491,7 @@ class FileUnderTest:
         return Residual(motions, self.program, library, self._deadline) if motions else None
 
     def _by_other_definitions(
-        self, understood: Understandings, library: Sequence[Mistake]
+        self, understood: Understandings, library: Sequence[Mistake], *, rates_are_slopes: bool
     ) -> Residual | None:
         """Return the residual with other definitions of roll and speed, or None.
 
@@ -505,14 +506,20 @@ class FileUnderTest:
         taken, most = understood, self._promise(understood, few)
         for keys in (("roll_angle", "roll_rate"), ("forward_speed",)):
             before, begun = most, taken
-            for read in other_definitions(taken, keys):
+            for read in other_definitions(taken, keys, rates_are_slopes=rates_are_slopes):
                 promise = self._promise(read, few)
                 if promise > most:
                     taken, most = read, promise
                 if most > BY_FAR * before:
                     break
             made = self._put_in(taken, library) if taken is not begun else None
-            if made is not None and made.is_open and made.largest is not None:
+            if made is None:
+                continue
+            # Another definition that reduces the residual only a little does so by chance, unless a
+            # known mistake explains most of the rest.
+            if most < AS_GOOD * before and made.known[0].relief < AS_GOOD:
+                continue
+            if made.is_open and made.largest is not None:
                 made = self._put_in(taken, library, made.largest.mistakes)
             if made is not None and not made.is_open and made.best is not None:
                 return made

@@ -28,6 +28,9 @@ Step = Callable[[Rates, Array, float | Array], Array]
 # Maximum number of fixed-point iterations in an implicit step, and the relative change at which
 # they stop. With steps of 0.02 s each iteration reduces the error to less than half.
 _REPETITIONS, _SETTLED = 40, 1e-14
+# Up to this number of states, evaluating the equations for each by itself takes less time than for
+# an array of all: 80 microseconds for a state, 490 for a short array (AMD EPYC).
+_FEW_STATES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +204,8 @@ METHODS = (
 
 def rates_of(equations: Equations, y: Array) -> Array:
     """Compute the time derivatives of states, shape (7, n)."""
+    if y.shape[1] <= _FEW_STATES:
+        return np.array([equations.rates_with_yaw([*state]) for state in y.T]).T
     made = equations.rates_with_yaw(list(y))
     return np.array([np.broadcast_to(r, y[0].shape) for r in made])
 

@@ -8,7 +8,7 @@ the spacing of the rows if this resolves the motion.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from heyoka_bike.reference.following import following, in_binary64
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
 from heyoka_bike.scoring.units import factor
@@ -27,8 +28,9 @@ from heyoka_bike.scoring.units import factor
 STATE_KEYS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Keys of the columns that the equations of motion need.
 
-If the speed is missing, it is computed from the others by the exact equation of the speed, which is
-then not compared. Missing rates are computed as slopes of their angles.
+If the speed is missing, it follows from the kinetic energy, or from the others by the exact
+equation of the speed, which is then not compared. Missing rates are computed as slopes of their
+angles.
 """
 
 # Rounding error of a slope by central differences of order 10: this many times the rounding error
@@ -84,6 +86,10 @@ class Observed:
         True if they do and the file contains both rates.
     has_state
         True if the file contains all columns of `STATE_KEYS`.
+    determines_state
+        True if it contains them, or the others follow from it: the speed from the kinetic energy,
+        or a single rate as the slope of its angle. The other rate shows whether an integrator's
+        error makes rates and slopes differ.
     """
 
     number: int
@@ -98,6 +104,7 @@ class Observed:
     is_begun: bool
     has_beginning: bool
     has_state: bool
+    determines_state: bool
 
     def without_speed(self) -> Observed:
         """Return a copy without the acceleration of the speed, for files without the speed."""
@@ -162,6 +169,12 @@ def observe(
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
     digits = np.array([_digits(part, understood, k) for k in columns])
+    has_speed, there = "forward_speed" in columns, {*part.values} - {"kinetic_energy"}
+    if not has_speed:
+        moving = _speed_by_energy(part, understood, equations, time, state)
+        if moving is not None and abs(moving[0] - speed) <= TOLERANCE * speed:
+            state["forward_speed"] = moving
+            there.add("forward_speed")
     slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     is_begun = bool(time[0] <= 2 * (time[1] - time[0]))
@@ -180,8 +193,41 @@ def observe(
         # in the file.
         has_beginning=is_begun and LATERAL_ANGLES.keys() <= part.values.keys(),
         has_state={*STATE_KEYS} <= part.values.keys(),
+        determines_state=not missing_for_equations(there),
     )
-    return found if "forward_speed" in columns else found.without_speed()
+    return found if has_speed else found.without_speed()
+
+
+def _speed_by_energy(
+    part: Part, understood: Mapping[str, Understanding], equations: Equations, time: Array,
+    state: Mapping[str, Array],
+) -> Array | None:  # fmt: skip
+    """Compute the speed of a motion from its kinetic energy; None without this column.
+
+    The kinetic energy is a quadratic polynomial of the spin.
+    """
+    key = "kinetic_energy"
+    if key not in part.values or key not in understood:
+        return None
+    energy = in_si(part, understood, key)[np.searchsorted(part.time, time)]
+    y = state_vector(equations, state.__getitem__)
+    at = [equations.energies([*y[:5], y[5] * x]).kinetic for x in (0, 1, 2)]
+    square, linear = (at[2] - 2 * at[1] + at[0]) / 2, (4 * at[1] - at[2] - 3 * at[0]) / 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(linear**2 - 4 * square * (at[0] - energy))
+        found: Array = state["forward_speed"] * (root - linear) / (2 * square)
+    return found if np.isfinite(found).all() else None
+
+
+def missing_for_equations(keys: Collection[str]) -> tuple[str, ...]:
+    """Return the columns that a file with these keys lacks for a check of the equations.
+
+    The speed follows from the kinetic energy, and a single missing rate is the slope of its angle.
+    """
+    known = {*keys, "forward_speed"} if "kinetic_energy" in keys else keys
+    missing = tuple(key for key in STATE_KEYS if key not in known)
+    is_computed = len(missing) == 1 and missing[0] in LATERAL_ANGLES
+    return () if is_computed else missing
 
 
 def _rows_that_move(

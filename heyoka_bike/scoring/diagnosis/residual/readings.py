@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import product
 from math import log
 
-from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED, DERIVATIVES
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 
@@ -27,11 +27,12 @@ def readings(understood: Mapping[str, Understanding]) -> Iterator[Mapping[str, U
 
 
 def other_definitions(
-    understood: Mapping[str, Understanding], keys: Sequence[str]
+    understood: Mapping[str, Understanding], keys: Sequence[str], *, rates_are_slopes: bool
 ) -> Iterator[Mapping[str, Understanding]]:
     """Yield interpretations of some columns with other definitions, the likeliest first.
 
-    Definitions that are far less likely than the likeliest one are skipped.
+    Definitions that are far less likely than the likeliest one are skipped. With
+    `rates_are_slopes`, so is each definition of a rate that is not the derivative of its angle.
     """
     having = [key for key in keys if key in understood]
     ways = []
@@ -47,5 +48,15 @@ def other_definitions(
         ])  # fmt: skip
     for several in product(*ways):
         read = dict(zip(having, several, strict=True))
+        found = {**understood, **read}
+        if rates_are_slopes and not all(_is_slope(key, found) for key in having):
+            continue
         if any(read[key].column != understood[key].column for key in having):
-            yield {**understood, **read}
+            yield found
+
+
+def _is_slope(key: str, understood: Mapping[str, Understanding]) -> bool:
+    """False for a rate whose definition is not that of the derivative of its angle."""
+    angle = understood.get(ANGLE_OF.get(key, ""))
+    own = DERIVATIVES.get((key, understood[key].column.definition))
+    return angle is None or own == (angle.column.key, angle.column.definition)

@@ -11,9 +11,10 @@ parameters and forces. They are compared by their odds, see `odds`, with equatio
 columns. The likeliest values are then refined by whole runs.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from functools import cached_property, lru_cache, partial
+from math import exp
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, fall
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
@@ -88,9 +89,10 @@ class Visibility(IntEnum):
     STARTS = 1
     """Only the initial conditions: rows are too far apart for the equations, or have few digits."""
     EQUATIONS_PARTLY = 2
-    """The equations, with a computed speed or rate that is not in the file and may be wrong."""
+    """The equations, with a speed or rates that are not in the file; the computed ones may be
+    wrong."""
     EQUATIONS = 3
-    """The equations of motion: the file contains angles, rates and the speed."""
+    """The equations of motion: the file contains angles, the speed, and at least one rate."""
 
 
 class Residual:
@@ -121,7 +123,7 @@ class Residual:
         relative to their size. An integrator's error is in both, a force only in the residual.
     visibility : Visibility
     is_resolved
-        True if the file contains the whole state, and the residual is above its digits.
+        True if the file determines the whole state, and the residual is above its digits.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
     floors : ndarray, shape (B,)
@@ -165,15 +167,15 @@ class Residual:
         is_above = np.exp(np.mean(np.log(resolved))) > THRESHOLDS.visible_ratio
         is_resolved = bool(is_above) and not is_blown_up
         is_judged = is_resolved or bool(np.median(rest / resolved) < THRESHOLDS.visible_fraction)
-        self._has_state = all(m.has_state for m in motions)
-        self.is_resolved = is_resolved and self._has_state
+        self._determines_state = all(m.determines_state for m in motions)
+        self.is_resolved = is_resolved and self._determines_state
         if is_blown_up:
             self.visibility = Visibility.NOTHING
         elif not is_judged:
             self.visibility = Visibility.STARTS
         else:
             self.visibility = (
-                Visibility.EQUATIONS if self._has_state else Visibility.EQUATIONS_PARTLY
+                Visibility.EQUATIONS if self._determines_state else Visibility.EQUATIONS_PARTLY
             )
         self.known = self._known(library)
 
@@ -185,10 +187,10 @@ class Residual:
         are fitted, too.
         """
         found = self._of_unknowns
-        largest = _largest_relief(*self.known, *found)
         if shows_equations(self):
-            is_open = self.leaves_force(largest)
+            is_open = self.leaves_force([*self.known, *found])
         else:
+            largest = _largest_relief(*self.known, *found)
             # If the speed or a rate is missing in the file, a law of the state may wrongly seem to
             # explain far more than other causes. In that case simulations of whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
@@ -212,7 +214,7 @@ class Residual:
         """Fitted single parameters that explain nearly as much as the best known mistake."""
         least = _largest_relief(*self.known) / CLEARLY
         found = self._fits().fewest(
-            [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
+            [*PARAMETERS], lambda m: [self.judged(m)], lambda _: False, counts=(1,)
         )
         return tuple(h for h in found if h.relief > max(least, THRESHOLDS.direction_factor))
 
@@ -291,6 +293,11 @@ class Residual:
         return largest / float(np.exp(np.mean(np.log(self._before))))
 
     @property
+    def mismatch(self) -> float:
+        """Largest relative difference between the rates and the slopes of the angles."""
+        return max(m.inconsistency() for m in self.motions)
+
+    @property
     def is_explained(self) -> bool:
         """True if the residual is small, or a mistake or fitted values explain nearly all of it."""
         if not self.is_resolved or not self.is_large:
@@ -320,7 +327,7 @@ class Residual:
     @property
     def is_open(self) -> bool:
         """True if the residual shows a force or a term that no cause or integrator explains."""
-        return self.leaves_force(_largest_relief(*self.known, *self.fitted))
+        return self.leaves_force([*self.known, *self.fitted])
 
     @property
     def largest(self) -> Hypothesis | None:
@@ -332,12 +339,15 @@ class Residual:
         """True if the file's motion satisfies the exact equations within the resolution limits."""
         return bool(np.all(self._before * self._sizes <= MAX_ROUNDING_FLOORS * self.floors))
 
-    def leaves_force(self, relief: float) -> bool:
-        """True if a cause with this relief leaves a residual that no integrator makes.
+    def leaves_force(self, causes: Iterable[Hypothesis]) -> bool:
+        """True if each of these causes leaves a residual that no integrator makes.
 
-        False if the speed or a rate is not in the file: the computed one may be wrong.
+        As for `above`, only the equations of roll and steer count. False if the speed or both rates
+        are not in the file: the computed ones may be wrong.
         """
-        return self._has_state and self.above > THRESHOLDS.force_ratio * relief
+        places = [place for place in self._places if place[1] in EQUATIONS[:2]]
+        most = max((exp(fall(h.before, h.after, places)) for h in causes), default=1.0)
+        return self._determines_state and self.above > THRESHOLDS.force_ratio * most
 
     @property
     def is_described(self) -> bool:
@@ -385,7 +395,7 @@ class Residual:
             h
             for h in (*self.known, *self.fitted)
             if h.relief > THRESHOLDS.direction_factor and h.log_odds > THRESHOLDS.report_log_odds
-            if len(h.parts) == 1 or not self.leaves_force(h.relief)
+            if len(h.parts) == 1 or not self.leaves_force([h])
         ]
         if not shows_equations(self):
             return None
@@ -461,7 +471,8 @@ class Residual:
         left = self._left(accelerations) * self._sizes / self.floors
         return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
-    def _judged(self, *mistakes: Cause) -> Hypothesis:
+    def judged(self, *mistakes: Cause) -> Hypothesis:
+        """Return some mistakes as a hypothesis about the residual."""
         return self._compared(mistakes, self.of(apply(self.program, mistakes)))
 
     def _compared(self, mistakes: tuple[Cause, ...], accelerations: Array) -> Hypothesis:
@@ -489,7 +500,7 @@ class Residual:
                     pairs.append((about, first, second))
         pairs.sort(key=lambda x: -x[0])
         for _, *pair in pairs[: THRESHOLDS.max_pairs]:
-            both_made = self._judged(*(m for m in library if m in pair))
+            both_made = self.judged(*(m for m in library if m in pair))
             if both_made.relief > THRESHOLDS.min_pair_gain * max(relief[m.code] for m in pair):
                 found.append(both_made)
         return tuple(sorted(found, key=lambda h: -h.relief))
@@ -507,7 +518,7 @@ class Residual:
         least = max(0.0, known.log_odds)
         return self._fits().fewest(
             names,
-            lambda m: [self._judged(m)],
+            lambda m: [self.judged(m)],
             lambda h: h.relief > enough,
             least=least,
             groups=GROUPS,
@@ -593,7 +604,7 @@ class Residual:
 
 
 def shows_equations(residual: Residual | None) -> bool:
-    """True if a file contains all columns of the state, and its rows resolve the equations."""
+    """True if a file determines the whole state, and its rows resolve the equations."""
     return residual is not None and residual.visibility is Visibility.EQUATIONS
 
 
