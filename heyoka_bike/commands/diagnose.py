@@ -5,7 +5,7 @@ gravity, the initial conditions, rates from differences, ...), alone and in pair
 that explain the file. If none does, name one, two or three parameters whose values would. If that
 fails too, describe the error: a step size and its order, damping, noise, interpolation.
 
-The diagnosis takes 1 to 5 s of processor time. At the limit of 20 s (--budget) it reports the
+The diagnosis takes 1 to 5 s of processor time. At the limit of 18 s (--budget) it reports the
 causes found so far and says that it stopped early; a step that runs 5 s over the limit is
 interrupted. If the file shows a force that no single mistake explains, pairs are tried only with
 --thorough.

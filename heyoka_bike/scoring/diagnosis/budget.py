@@ -24,8 +24,9 @@ from types import TracebackType
 
 from heyoka_bike.errors import InputError, printable
 
-DEFAULT_BUDGET = 20.0
-"""Default limit of the processor time of a diagnosis [s]."""
+DEFAULT_BUDGET = 18.0
+"""Default limit of the processor time of a diagnosis [s]. The command also reads and scores the
+file, and ends within 20 s."""
 
 
 OVERRUN = 5.0

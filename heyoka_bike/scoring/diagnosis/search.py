@@ -125,13 +125,15 @@ class Search:
     def ends_early(self) -> bool:
         """True if the search skips the long steps.
 
-        It does so at an unknown force, or if the file is right to six digits: a mistake of the
-        model hardly makes so small an error. The short steps remain: the equations, integrators and
-        the output.
+        It does so at an unknown force, or if the file is right to six digits, compared with the
+        exact motion or with that of a cause: another mistake of the model hardly makes so small an
+        error. The short steps remain: the equations, integrators and the output.
         """
-        error = max(self.file.right.after.values(), default=1.0)
-        is_near = has_right_digits(error) and not self.is_thorough
-        return is_near or self.stops_at_unknown_force
+        sure = (h for h in self.found if ends_search(h, self.residual))
+        is_near = any(
+            has_right_digits(max(h.after.values(), default=1.0)) for h in (self.file.right, *sure)
+        )
+        return (is_near and not self.is_thorough) or self.stops_at_unknown_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Carry out the steps that are worth their time.

@@ -191,8 +191,8 @@ class Residual:
             is_open = self.leaves_force([*self.known, *found])
         else:
             largest = _largest_relief(*self.known, *found)
-            # If the speed or a rate is missing in the file, a law of the state may wrongly seem to
-            # explain far more than other causes. In that case simulations of whole runs decide.
+            # If the file does not determine the speed or the rates, a law of the state may wrongly
+            # seem to explain far more than other causes. Then simulations of whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
             is_more = is_force or THRESHOLDS.direction_factor * largest < self.limit
