@@ -100,6 +100,18 @@ def test_both_are_named(fault, reference):
     assert values["IBxx"] == pytest.approx(10.0, abs=1e-4)
 
 
+@pytest.mark.proof
+def test_columns_that_are_not_simulated_are_left_out(reference):
+    """Mistakes of the model are simulated without the path on the floor."""
+    table = columns(reference)
+    for of in table.values():
+        of["rear_contact_x"] = of["forward_speed"] * TIME
+    expected = unsigned(table)
+    codes, values = named(table, reference)
+    assert codes.items() >= expected.items()
+    assert list(values) == ["IBxx"]
+
+
 def test_no_fault_is_seen_beside_a_wrong_value_alone(reference):
     codes, values = named(columns(reference), reference)
     assert not codes

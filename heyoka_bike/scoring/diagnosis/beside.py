@@ -146,5 +146,7 @@ def _compared_with(
         # such a maneuver.
         is_whole = all(np.isfinite(x).all() for x in simulated.rows.hi.values())
         if is_whole and m.rows >= MIN_ROWS_FOR_SHAPE:
-            found.append(replace(m.part, reference=simulated))
+            # Programs are simulated without the columns of the whole motion, such as the path.
+            part = m.part.only([key for key in m.part.values if key in simulated.definitions])
+            found.append(replace(part, reference=simulated))
     return found
