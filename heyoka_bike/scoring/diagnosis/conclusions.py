@@ -686,7 +686,10 @@ class MostlyZeros(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return "Most columns contain only zeros. Fill in the values that your program computes"
+        return (
+            "Most columns contain only zeros. Either the bicycle rides straight on, because it "
+            "starts without the initial roll rate, or the values were never filled in"
+        )
 
 
 @dataclass(frozen=True, slots=True)
