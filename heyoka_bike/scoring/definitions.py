@@ -434,16 +434,16 @@ def _opposite_in_wrong_motion(
     """
     rows = _rows_with_slopes(found, samples)
     for pair in opposite_pairs(rows, is_begun=bool(starts.keys() & ANGLE_OF.keys())):
-        if not all(_is_right_size(key, found, samples) for key in pair):
+        if not all(_is_near_as_read(key, found, samples) for key in pair):
             yield pair
 
 
 def _units_by_slopes(
     found: Understandings, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
 ) -> Iterator[tuple[str, str]]:
-    """Yield angles and rates that have their assumed unit, because the rate is the slope only then.
+    """Yield angles and rates that must have their assumed unit, for the rate to be the slope.
 
-    Other units were chosen for them, because the first row of another column shows these.
+    Another unit was chosen for them, because the first row of another column shows it.
     """
 
     def sign(pair: tuple[str, str], units: Sequence[str]) -> int:
@@ -475,8 +475,8 @@ def _rows_with_slopes(found: Understandings, samples: Sequence[Sample]) -> list[
     ]
 
 
-def _is_right_size(key: str, found: Understandings, samples: Sequence[Sample]) -> bool:
-    """True if a column as interpreted is near the expected values, see `_is_near`."""
+def _is_near_as_read(key: str, found: Understandings, samples: Sequence[Sample]) -> bool:
+    """True if a column, in the unit and sign chosen for it, is near the expected values."""
     having = [s for s in samples if key in s.values]
     return _is_near(key, _typical(key, found[key], having), having)
 

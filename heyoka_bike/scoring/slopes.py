@@ -43,7 +43,7 @@ def _continues(pairs: Sequence[tuple[str, str]], columns: Columns) -> bool:
 
 
 def slope_sign(angle: str, rate: str, maneuvers: Sequence[Columns]) -> int:
-    """Return 1 if a rate is a slope, -1 if it is the opposite, 0 if the rows show neither.
+    """Return 1 if a rate is the slope of its angle, -1 if the opposite, 0 if the rows show neither.
 
     Most of a maneuver must show the sign. No maneuver may show the other sign in more than a tenth:
     a sign that is flipped by mistake is flipped in all rows. But the roll angle of a bicycle that

@@ -26,7 +26,7 @@ from heyoka_bike.errors import InputError, printable
 
 DEFAULT_BUDGET = 18.0
 """Default limit of the processor time of a diagnosis [s]. The command also reads and scores the
-file, and ends within 20 s."""
+file, and takes about 20 s at most."""
 
 
 OVERRUN = 5.0

@@ -307,9 +307,10 @@ def _made(
 
 
 def _is_of_first_order(runs: Sequence[Run], gain: float) -> bool:
-    """True if a method's error of first order leaves far more than its nonlinear part.
+    """True if a run of a method would show nothing that its error of first order does not show.
 
-    `gain` is the factor by which it reduces the error of the file.
+    This is so if the first-order error leaves far more of the file's error than the nonlinear part
+    of the method's error could explain. `gain` is the factor by which it reduces the file's error.
     """
     error = max(rms(x) / run.sizes[name] for run in runs for name, x in run.errors.items())
     return CLEARLY * _NONLINEAR * error < 1.0 / gain

@@ -129,11 +129,14 @@ class Search:
         exact motion or with that of a cause: another mistake of the model hardly makes so small an
         error. The short steps remain: the equations, integrators and the output.
         """
-        sure = (h for h in self.found if ends_search(h, self.residual))
-        is_near = any(
-            has_right_digits(max(h.after.values(), default=1.0)) for h in (self.file.right, *sure)
+
+        def is_near(h: Hypothesis) -> bool:
+            return has_right_digits(max(h.after.values(), default=1.0))
+
+        is_right = is_near(self.file.right) or any(
+            is_near(h) and ends_search(h, self.residual) for h in self.found
         )
-        return (is_near and not self.is_thorough) or self.stops_at_unknown_force
+        return (is_right and not self.is_thorough) or self.stops_at_unknown_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Carry out the steps that are worth their time.

@@ -171,6 +171,7 @@ def observe(
     digits = np.array([_digits(part, understood, k) for k in columns])
     has_speed, there = "forward_speed" in columns, {*part.values} - {"kinetic_energy"}
     if not has_speed:
+        # An energy that gives another initial speed may be computed wrongly, so it is not used.
         moving = _speed_by_energy(part, understood, equations, time, state)
         if moving is not None and abs(moving[0] - speed) <= TOLERANCE * speed:
             state["forward_speed"] = moving

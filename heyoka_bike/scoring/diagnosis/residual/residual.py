@@ -89,10 +89,10 @@ class Visibility(IntEnum):
     STARTS = 1
     """Only the initial conditions: rows are too far apart for the equations, or have few digits."""
     EQUATIONS_PARTLY = 2
-    """The equations, with a speed or rates that are not in the file; the computed ones may be
-    wrong."""
+    """The equations, but with a computed speed or computed rates, which may be wrong."""
     EQUATIONS = 3
-    """The equations of motion: the file contains angles, the speed, and at least one rate."""
+    """The equations of motion: the file contains both angles, at least one rate, and the speed or
+    the kinetic energy."""
 
 
 class Residual:
